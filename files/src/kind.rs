@@ -124,7 +124,7 @@ pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String
 }
 
 /// File formats that the ending of the name shows more reliably than the first bytes.
-const OF_ENDINGS: [(&str, &str, &str); 9] = [
+const OF_ENDINGS: [(&str, &str, &str); 10] = [
     ("csv", "this is a table of numbers (CSV)", RECORD),
     ("tsv", "this is a table of numbers", RECORD),
     ("npz", "this is an archive of NumPy arrays (.npz)", RECORD),
@@ -134,6 +134,7 @@ const OF_ENDINGS: [(&str, &str, &str); 9] = [
     ("yml", "this is YAML", AS_TOML),
     ("py", "this is a Python program", AS_TOML),
     ("md", "this is a text of words", AS_TOML),
+    ("pkl", "this is a Python pickle", "write its arrays with numpy.savez, and give that to `feeler import`"),
 ];
 const AS_TOML: &str = "write it as TOML: `feeler new` gives a file to begin with";
 /// The remedy for a record.
@@ -191,6 +192,8 @@ mod tests {
             ("a.csv", b"type,q\nSTATE,\"[0.1, 0.2]\"\n", "this is a table of numbers (CSV)"),
             ("a.yaml", b"bodies:\n  a: 1\n", "this is YAML"),
             ("a.py", b"import numpy\n", "this is a Python program"),
+            ("a.pkl", b"(lp0\n.", "this is a Python pickle"),
+            ("a.mp4", b"\0\0\0\x20ftypisom", "this is a video"),
         ] {
             assert_eq!(foreign(bytes, Path::new(name)).map(|(what, _)| what), Some(expected));
         }

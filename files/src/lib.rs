@@ -63,4 +63,5 @@ pub use problem::FormatError;
 pub use schema::{cell_schema, dataset_schema, schema, sweep_schema};
 pub use sweep::{MOST_DIMENSIONS, Refine, SweepAxis, SweepFile};
 pub use templates::{ARM_TEMPLATE, FOLDERS, Folder, TEMPLATES, Template, arm_text, template, template_names};
+pub use units::{ColumnUnit, UnitKind, column_unit};
 pub use write::{Commands, driven_to_toml, machine_to_toml, samples_csv, to_toml};

@@ -4,11 +4,13 @@
 //! `/`. A denominator of several factors is in parentheses, so that `N/m s` is not ambiguous.
 
 mod bases;
+mod column;
 
 use feeler_catalogue::{Dimension, same_exponent};
 use thiserror::Error;
 
 use bases::{Bases, describe, nearest, symbol_bases};
+pub use column::{ColumnUnit, UnitKind, column_unit};
 
 /// Why a text is not a quantity of the requested dimension.
 #[derive(Clone, Debug, Error, PartialEq)]

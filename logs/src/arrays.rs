@@ -9,6 +9,7 @@ use indexmap::IndexMap;
 
 use crate::clock::{self, ClockUnit};
 use crate::error::{LogError, LogPlace};
+use crate::packed;
 use crate::table::{Column, Run, Table};
 
 const DAMAGED: &str = "the array is damaged or cut off: write it again with numpy.save or numpy.savez";
@@ -38,10 +39,17 @@ struct Array {
     columns: Vec<(String, Vec<f64>)>,
 }
 
+impl Array {
+    /// Bytes of its numbers in memory.
+    fn bytes(&self) -> u64 {
+        8 * self.rows as u64 * self.columns.len() as u64
+    }
+}
+
 pub(crate) fn npy(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError> {
     let file = BufReader::new(File::open(path).map_err(LogError::open(path))?);
     let fail = |byte, what: String, remedy| LogError::damaged(path, LogPlace::Byte(byte), what, remedy);
-    let array = read(file, "", &fail)?;
+    let array = read(file, "", u64::MAX, &fail)?;
     Ok(run(path, vec![(String::new(), array)], unit))
 }
 
@@ -55,6 +63,7 @@ pub(crate) fn npz(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError>
     let mut archive = zip::ZipArchive::new(BufReader::new(file)).map_err(whole)?;
     let mut arrays = Vec::new();
     let mut notes = Vec::new();
+    let mut left = packed::most_bytes(size);
     for i in 0..archive.len() {
         let entry = archive.by_index(i).map_err(whole)?;
         let entry_name = entry.name().map_err(whole)?.into_owned();
@@ -66,8 +75,11 @@ pub(crate) fn npz(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError>
         let fail = |byte, what: String, remedy| {
             LogError::damaged(path, LogPlace::Array { name: place.clone(), byte }, what, remedy)
         };
-        match read(entry, &name, &fail) {
-            Ok(array) => arrays.push((name, array)),
+        match read(entry, &name, left, &fail) {
+            Ok(array) => {
+                left = left.saturating_sub(array.bytes());
+                arrays.push((name, array));
+            }
             // An array of names or objects among arrays of numbers.
             Err(LogError::Damaged { what, remedy, .. }) if remedy == PLAIN_TYPES => {
                 notes.push(format!("{name} is left out: {what}"));
@@ -120,7 +132,8 @@ fn run(path: &Path, arrays: Vec<(String, Array)>, unit: Option<ClockUnit>) -> Ru
 /// Makes an error from a byte, the mistake there, and a remedy.
 type Fail<'a> = dyn Fn(u64, String, &'static str) -> LogError + 'a;
 
-fn read(mut from: impl Read, name: &str, fail: &Fail<'_>) -> Result<Array, LogError> {
+/// Reads an array of at most `most` bytes.
+fn read(mut from: impl Read, name: &str, most: u64, fail: &Fail<'_>) -> Result<Array, LogError> {
     let cut = |at: u64| move |error: std::io::Error| fail(at, format!("it ends here: {error}"), DAMAGED);
     let mut start = [0; 8];
     from.read_exact(&mut start).map_err(cut(0))?;
@@ -148,6 +161,12 @@ fn read(mut from: impl Read, name: &str, fail: &Fail<'_>) -> Result<Array, LogEr
     }
     let mut bytes = Vec::new();
     let wanted = (rows as u64).saturating_mul(width as u64).saturating_mul(item as u64);
+    // Refused by its header, before anything is unpacked.
+    let in_memory = (rows as u64).saturating_mul((8 * width * header.fields.len()) as u64);
+    if wanted.max(in_memory) > most {
+        let what = format!("an array of shape {:?}: the file is too small for these numbers", header.shape);
+        return Err(fail(begin, what, DAMAGED));
+    }
     from.take(wanted).read_to_end(&mut bytes).map_err(cut(begin))?;
     if (bytes.len() as u64) < wanted {
         let at = begin + length as u64 + bytes.len() as u64;

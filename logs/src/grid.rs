@@ -209,6 +209,7 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
         let shift_s = other.origin_s - clock.origin_s;
         let readings = table.times_s.iter().zip(&column.values).filter(|(_, x)| !x.is_nan());
         let (at, given): (Vec<f64>, Vec<f64>) = readings.map(|(t, x)| (t + shift_s, *x)).unzip();
+        apart(file, base, &times_s, table, &at)?;
         let between = if pick.is_held { Vec::new() } else { bridged_of(&at, &times_s) };
         let is_broken = std::ptr::eq(*table, base) && at.len() < times_s.len();
         if at.len() < 2 * times_s.len() / 3 || is_broken {
@@ -228,6 +229,25 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
     let bad = found.iter().map(|(_, column)| bad(column)).collect();
     let (clock, rows_before) = (clock.column.clone(), base.rows_before);
     Ok(Series { clock, times_s, values, bridged, bad, rows_before, notes })
+}
+
+/// The error of two tables that share no time: their clocks have other origins.
+fn apart(file: &Path, base: &Table, base_s: &[f64], table: &Table, table_s: &[f64]) -> Result<(), LogError> {
+    let ends = |times: &[f64]| Some((*times.first()?, *times.last()?));
+    let (Some(own), Some(other)) = (ends(base_s), ends(table_s)) else { return Ok(()) };
+    if other.0 <= own.1 && own.0 <= other.1 {
+        return Ok(());
+    }
+    let what = format!(
+        "`{}` is of {} to {} s and `{}` of {} to {} s on its clock: they share no time",
+        base.name,
+        short(own.0),
+        short(own.1),
+        table.name,
+        short(other.0),
+        short(other.1)
+    );
+    Err(LogError::other(file, what, "bring both clocks to one origin, or name files of one run"))
 }
 
 /// Whether the empty cells of a column are rows of other columns: they are more than a recorder loses, and

@@ -124,6 +124,9 @@ fn refuse_text(path: &Path, start: &[u8], ending: &str) -> Result<(), LogError> 
     }
     let of_ending = match ending {
         "yaml" | "yml" => Some(("this is YAML", "name the bag that it describes, or another log")),
+        // Those of the oldest protocol are text.
+        "pkl" | "pickle" => Some(("this is a Python pickle", "write its arrays with numpy.savez")),
+        "py" => Some(("this is a Python program", "name the log that it writes")),
         "obj" | "stl" | "ply" | "dae" => Some(("this is a mesh", "name a log of what moved")),
         _ => None,
     };
@@ -173,6 +176,11 @@ mod tests {
             ("a.tar", &[&[b'a'; 257][..], b"ustar"].concat(), "tar", "tar -xf"),
             ("a.json", b"[{\"t\": 0}]", "JSON", "CSV"),
             ("a.html", b"<!DOCTYPE html>", "web page", "link"),
+            ("a.pkl", b"(lp0\n.", "pickle", "savez"),
+            ("a.mp4", b"\0\0\0\x20ftypisom", "video", "beside it"),
+            ("a.mkv", b"\x1aE\xdf\xa3..", "video", "beside it"),
+            ("a.avi", b"RIFF....AVI ", "video", "beside it"),
+            ("a.7z", b"7z\xbc\xaf..", "7-Zip", "unpack"),
         ] {
             let error = of(name, bytes).expect_err("refused");
             assert!(error.to_string().contains(what), "{error}");

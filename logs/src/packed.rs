@@ -14,10 +14,17 @@ const DAMAGED: &str = "the file is damaged or cut off: copy it again, or record 
 /// reach hundreds.
 const GROWTH: u64 = 1 << 12;
 const LEAST_BYTES: u64 = 1 << 28;
+/// The same of arrays and tables, whose numbers are held in memory.
+const GROWTH_OF_NUMBERS: u64 = 1 << 8;
 /// Bytes that are unpacked at a time.
 const BLOCK: usize = 1 << 20;
 /// First bytes that tell the sort of a file.
 const START: u64 = 512;
+
+/// The most bytes that the numbers of an array or table of `size` packed bytes may take.
+pub(crate) fn most_bytes(size: u64) -> u64 {
+    size.saturating_mul(GROWTH_OF_NUMBERS).max(LEAST_BYTES)
+}
 
 /// The first bytes of a file, and the sort that they tell. The sort of a packed bag is that of its content.
 pub(crate) fn start(path: &Path) -> Result<(Vec<u8>, Option<Sort>), LogError> {

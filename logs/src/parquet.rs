@@ -13,6 +13,7 @@ use parquet::schema::types::ColumnDescriptor;
 
 use crate::clock::{self, ClockUnit};
 use crate::error::{LogError, LogPlace};
+use crate::packed;
 use crate::pages::Checked;
 use crate::table::{Column, Run, Table};
 
@@ -36,6 +37,7 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
     let mut columns = Vec::new();
     let mut notes = Vec::new();
     let mut clock = None;
+    let (most, mut numbers) = (packed::most_bytes(size) / 8, 0);
     for leaf in 0..schema.num_columns() {
         let described = schema.column(leaf);
         let name = described.path().parts()[0].clone();
@@ -44,7 +46,7 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
             notes.push(format!("{} is left out: it holds no plain numbers", described.path().string()));
             continue;
         }
-        let mut cells = Cells::new(&described);
+        let mut cells = Cells::new(&described, most - numbers);
         for group in 0..reader.num_row_groups() {
             if let Some(other) = other_codec(reader.metadata().row_group(group).column(leaf).compression()) {
                 let what = format!("its column `{name}` is compressed by {other}, which is not read");
@@ -62,6 +64,7 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
             let pages = Checked::new(group.get_column_page_reader(leaf).map_err(fail)?, &described);
             cells.take(get_column_reader(described.clone(), Box::new(pages))).map_err(fail)?;
         }
+        numbers += cells.values.len() as u64;
         let stated = clock_unit(&described).or_else(|| clock::named(&name).and_then(|name| name.unit));
         let is_clock = clock::named(&name).is_some() || clock_unit(&described).is_some();
         if clock.is_none() && is_clock && described.max_rep_level() == 0 {
@@ -91,11 +94,9 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
 /// The compression of a column, if it cannot be read.
 fn other_codec(compression: Compression) -> Option<&'static str> {
     Some(match compression {
-        Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::ZSTD(_) => return None,
-        Compression::GZIP(_) => "gzip",
         Compression::BROTLI(_) => "brotli",
-        Compression::LZ4 | Compression::LZ4_RAW => "lz4",
         Compression::LZO => "lzo",
+        _ => return None,
     })
 }
 
@@ -139,10 +140,12 @@ struct Cells {
     /// Start of each row among the values; for lists only.
     starts: Vec<usize>,
     longest: usize,
+    /// Values that it may have: a few bytes may stand for any number of equal ones.
+    most: u64,
 }
 
 impl Cells {
-    fn new(described: &ColumnDescriptor) -> Self {
+    fn new(described: &ColumnDescriptor, most: u64) -> Self {
         let is_unsigned =
             matches!(described.logical_type_ref(), Some(LogicalType::Integer(kind)) if !kind.is_signed);
         Self {
@@ -153,6 +156,7 @@ impl Cells {
             whole: Vec::new(),
             starts: Vec::new(),
             longest: 0,
+            most,
         }
     }
 
@@ -192,6 +196,10 @@ impl Cells {
             )?;
             if records == 0 {
                 return Ok(());
+            }
+            if (self.values.len() + levels.len().max(values.len())) as u64 > self.most {
+                let what = format!("it unpacks to more numbers than {}, as no log does", self.most);
+                return Err(ParquetError::General(what));
             }
             let mut next = values.iter();
             let count = if self.full > 0 { levels.len() } else { values.len() };

@@ -262,7 +262,7 @@ def tables():
     q = [many(3) for _ in range(ROWS)]
     x = many(ROWS)
     columns = {f"q[{i}]": [bits(row[i]) for row in q] for i in range(3)} | {"x": [bits(v) for v in x]}
-    for compression in ("none", "snappy", "zstd"):
+    for compression in ("none", "snappy", "gzip", "lz4", "zstd"):
         name = f"{compression}.parquet"
         table = pyarrow.table({
             "timestamp": times,

@@ -13,6 +13,7 @@ use feeler_problem::short;
 
 use crate::arguments::Import;
 use crate::terminal;
+use crate::terminal::failure::Failure;
 use crate::terminal::progress::Steps;
 use crate::terminal::table;
 
@@ -26,9 +27,12 @@ pub(crate) fn run(arguments: &Import) -> crate::Result<()> {
     steps.done();
     let survey = survey?;
     if arguments.json {
-        return terminal::print(&terminal::json(&as_json::Imported::new(&survey))?);
+        terminal::print(&terminal::json(&as_json::Imported::new(&survey))?)?;
+    } else {
+        terminal::print(listing(&survey, arguments.out.is_some()).trim_end())?;
     }
-    terminal::print(listing(&survey, arguments.out.is_some()).trim_end())
+    // The notes of the listing say why.
+    if arguments.out.is_some() && survey.datasets.is_empty() { Err(Failure::Reported) } else { Ok(()) }
 }
 
 fn options(arguments: &Import) -> Options {
@@ -176,14 +180,14 @@ fn followed_by(text: &mut String, joint: &str, guess: &Guess) {
     }
     for (role, chosen) in &guess.columns {
         if let Some((unit, why)) = &chosen.unit {
-            let _ = writeln!(text, "  {} is taken for {}: {why}", role.noun(), unit_words(*unit));
+            let _ = writeln!(text, "  {} is taken for {}: {why}", role.noun(), unit_words(unit));
         }
     }
 }
 
-fn unit_words(unit: UnitGuess) -> String {
+fn unit_words(unit: &UnitGuess) -> String {
     match unit {
-        UnitGuess::Symbol(symbol) => symbol.to_owned(),
-        UnitGuess::Counts(each) => format!("counts of {} rad", short(each)),
+        UnitGuess::Symbol(symbol) => symbol.to_string(),
+        UnitGuess::Counts(each) => format!("counts of {} rad", short(*each)),
     }
 }

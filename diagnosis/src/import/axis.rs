@@ -24,6 +24,8 @@ pub enum Model {
 pub(super) struct Beliefs {
     joints: Vec<AxisBelief>,
     tree: Option<Urdf>,
+    /// Statements of the file that are not read.
+    pub(super) remarks: Vec<String>,
 }
 
 /// The believed parameters of one joint.
@@ -52,10 +54,10 @@ impl Beliefs {
                     ..JointBelief::default()
                 };
                 let joints = tree.moving_joints().map(of).collect();
-                (path, Mjcf { tree, joints })
+                (path, Mjcf { tree, joints, remarks: Vec::new() })
             }
             Model::Mjcf(path) => (path, parsed(path, "<mujoco", Mjcf::parse)?),
-            Model::Machine(_) => return Ok(Self { joints: Vec::new(), tree: None }),
+            Model::Machine(_) => return Ok(Self { joints: Vec::new(), tree: None, remarks: Vec::new() }),
         };
         let mut joints = Vec::new();
         let names: Vec<String> = mjcf.joints.iter().map(|joint| joint.name.clone()).collect();
@@ -72,7 +74,7 @@ impl Beliefs {
         // A file may list joints from the tip: every joint follows those that carry it.
         joints.sort_by(|(a, _), (b, _)| a.cmp(b));
         let joints = joints.into_iter().map(|(_, belief)| belief).collect();
-        Ok(Self { joints, tree: Some(mjcf.tree) })
+        Ok(Self { joints, tree: Some(mjcf.tree), remarks: mjcf.remarks })
     }
 
     /// The longest chain on which a joint lies, and its place there.

@@ -5,8 +5,8 @@ use feeler_logs::{Pick, Run};
 use indexmap::IndexMap;
 
 use super::axis::Beliefs;
+use super::guess::Guess;
 use super::role::Role;
-use super::roles::Guess;
 use super::units::UnitGuess;
 
 /// Half of the time over which a position is smoothed for its speed and acceleration, s. Other joints couple

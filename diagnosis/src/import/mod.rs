@@ -7,6 +7,7 @@ mod axis;
 mod files;
 mod first;
 mod follow;
+mod guess;
 mod load;
 mod pair;
 mod role;
@@ -26,8 +27,8 @@ use indexmap::IndexMap;
 
 pub use axis::{AxisBelief, Model};
 pub use follow::Follow;
+pub use guess::{Chosen, Guess};
 pub use role::Role;
-pub use roles::{Chosen, Guess};
 pub use summary::{ColumnSummary, RunSummary, TableSummary};
 pub use survey::{Options, Survey, Written};
 pub use units::UnitGuess;
@@ -86,9 +87,9 @@ fn take(
     run: &Run,
     options: &Options,
 ) -> Result<(), DiagnosisError> {
-    let mut guesses = roles::guess(run);
+    let mut guesses = roles::guess(run)?;
     if !options.columns.is_empty() {
-        let joint = stated::joint(run, &options.columns, &guesses);
+        let joint = stated::joint(run, &options.columns, &guesses)?;
         guesses = IndexMap::from([(String::new(), joint)]);
     }
     pair::pair(run, &mut guesses, !options.columns.is_empty());

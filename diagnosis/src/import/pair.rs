@@ -4,8 +4,9 @@ use feeler_logs::{Column, Run, Table};
 use indexmap::IndexMap;
 
 use super::follow::follow;
+use super::guess::Guess;
 use super::role::Role;
-use super::roles::{Guess, without_quantity};
+use super::roles::without_quantity;
 use super::units::{beside, stated};
 
 /// Largest factor between a target and the position that follows: a loop too slow for its target moves less.
@@ -27,7 +28,7 @@ pub(super) fn pair(run: &Run, found: &mut IndexMap<String, Guess>, is_chosen: bo
         if let (Some(target), Some(position)) = (target, position) {
             guess.follow = follow(target, position);
             let are_stated = [(Role::Target, target.1), (Role::Position, position.1)]
-                .map(|(role, column)| stated(role, column).is_some());
+                .map(|(role, column)| matches!(stated(role, column), Ok(Some(_))));
             unit_by_the_other(guess, are_stated);
         }
     }

@@ -3,64 +3,10 @@
 use feeler_logs::{Column, Run, Table};
 use indexmap::IndexMap;
 
-use super::follow::Follow;
+use super::guess::{Chosen, Guess};
 use super::role::Role;
-use super::units::{Reasoned, UnitGuess, bare, by_size, stated};
-
-/// A column that was chosen.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Chosen {
-    /// Its name in the run.
-    pub column: String,
-    /// Why.
-    pub why: String,
-    /// The apparent unit of its numbers, and the reason; `None` for SI.
-    pub unit: Option<(UnitGuess, String)>,
-}
-
-impl Chosen {
-    /// One of its numbers in SI.
-    pub(super) fn in_si(&self) -> f64 {
-        self.unit.as_ref().map_or(1.0, |(unit, _)| unit.in_si())
-    }
-}
-
-/// Findings on a joint.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Guess {
-    /// Columns by role.
-    pub columns: IndexMap<Role, Chosen>,
-    /// How the position follows the target, if both exist.
-    pub follow: Option<Follow>,
-}
-
-impl Guess {
-    /// Replaces units that a joint of this axis cannot have; a sentence for each.
-    pub(super) fn fit_axis(&mut self, is_straight: bool) -> Vec<String> {
-        let mut said = Vec::new();
-        for (role, chosen) in &mut self.columns {
-            let Some((unit, why)) = &chosen.unit else { continue };
-            if unit.is_straight().is_none_or(|is_its| is_its == is_straight) {
-                continue;
-            }
-            let (symbol, axis) = match (is_straight, role) {
-                (true, Role::TargetVelocity) => ("mm/s", "slides"),
-                (true, _) => ("mm", "slides"),
-                (false, Role::TargetVelocity) => ("rad/s", "turns"),
-                (false, _) => ("rad", "turns"),
-            };
-            said.push(format!("`{}` is taken for {symbol}: the joint {axis} (else: {why})", chosen.column));
-            chosen.unit = is_straight.then(|| (UnitGuess::Symbol(symbol), "the joint slides".into()));
-        }
-        said
-    }
-
-    /// Whether its units are those of a slide.
-    pub(super) fn is_straight(&self) -> bool {
-        let mut units = self.columns.values().filter_map(|chosen| chosen.unit.as_ref());
-        units.any(|(unit, _)| unit.is_straight() == Some(true))
-    }
-}
+use super::units::{Reasoned, bare, by_size, stated, without_unit};
+use crate::error::DiagnosisError;
 
 const TARGETS: [&str; 19] = [
     "target",
@@ -294,21 +240,26 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
         (Role::Position, true, Some(word)) => (Role::Effort, word),
         (role, ..) => (role, why),
     };
-    Some((role, joint_of(item, &of_path, &of_item), why))
+    Some((role, joint_of(path, item, &of_path, &of_item), why))
 }
 
 /// The joint of a column: the item in brackets without words of roles, or the rest of its name.
-fn joint_of(item: Option<&str>, of_path: &[String], of_item: &[String]) -> String {
+fn joint_of(path: &str, item: Option<&str>, of_path: &[String], of_item: &[String]) -> String {
     let is_role = |word: &String| {
         [&TARGETS[..], &POSITIONS, &VELOCITIES, &EFFORTS, &VOLTAGES, &FEEDS]
             .iter()
             .any(|list| list.contains(&word.as_str()))
     };
     if let Some(item) = item {
+        // The interface of a joint: `interface_values[elbow].values[position]`.
+        let outer = path.rsplit_once('[').and_then(|(_, rest)| rest.split_once(']'));
+        if let Some((joint, _)) = outer.filter(|_| is_role(&item.to_lowercase())) {
+            return joint.to_owned();
+        }
         let bare = item.rsplit_once('.').filter(|(_, last)| is_role(&last.to_lowercase()));
         return bare.map_or(item, |(bare, _)| bare).to_owned();
     }
-    let own = if of_item.is_empty() { of_path } else { of_item };
+    let own = without_unit(if of_item.is_empty() { of_path } else { of_item });
     let rest: Vec<&str> = own
         .iter()
         .filter(|word| !is_role(word) && !PLAIN.contains(&word.as_str()))
@@ -318,7 +269,10 @@ fn joint_of(item: Option<&str>, of_path: &[String], of_item: &[String]) -> Strin
 }
 
 /// Finds columns by role for every joint of a run.
-pub(super) fn guess(run: &Run) -> IndexMap<String, Guess> {
+///
+/// # Errors
+/// A column with a unit that does not exist.
+pub(super) fn guess(run: &Run) -> Result<IndexMap<String, Guess>, DiagnosisError> {
     let mut found: IndexMap<String, Guess> = IndexMap::new();
     let is_alone = run.tables.len() == 1;
     for table in &run.tables {
@@ -329,8 +283,8 @@ pub(super) fn guess(run: &Run) -> IndexMap<String, Guess> {
             } else {
                 table.full_name(column)
             };
-            let chosen =
-                Chosen { column: name, why: format!("`{word}` in its name"), unit: unit(role, column) };
+            let unit = unit(role, table, column)?;
+            let chosen = Chosen { column: name, why: format!("`{word}` in its name"), unit };
             // The first of several counts, unless a later one has more readings.
             // `j0_target`, `position[j0]` and `j_0` are of one joint.
             let same = found.keys().find(|other| words(other) == words(&joint)).cloned();
@@ -343,12 +297,20 @@ pub(super) fn guess(run: &Run) -> IndexMap<String, Guess> {
             }
         }
     }
-    found
+    Ok(found)
 }
 
 /// The unit of a column by itself.
-pub(super) fn unit(role: Role, column: &Column) -> Reasoned {
-    stated(role, column).or_else(|| by_size(role, column))
+///
+/// # Errors
+/// A stated unit that does not exist.
+pub(super) fn unit(role: Role, table: &Table, column: &Column) -> Result<Reasoned, DiagnosisError> {
+    let stated = stated(role, column).map_err(|reason| DiagnosisError::Unreadable {
+        file: table.file.clone(),
+        reason,
+        remedy: "write a unit such as deg, mrad, mm, deg/s, N m or mA, or `raw` where there is none",
+    })?;
+    Ok(stated.or_else(|| by_size(role, column)))
 }
 
 /// Words of a name besides those that say position or effort.
@@ -408,6 +370,8 @@ mod tests {
             ("log", "command_rad", Role::Target, ""),
             ("log", "encoder_m", Role::Position, ""),
             ("log", "slide_mm", Role::Position, "slide"),
+            ("log", "elbow_q_mrad", Role::Position, "elbow"),
+            ("log", "elbow_qd_des_deg_per_s", Role::TargetVelocity, "elbow"),
             ("log", "Soll [deg]", Role::Target, ""),
             ("log", "Ist (deg)", Role::Position, ""),
             ("log", "current_A", Role::Effort, ""),
@@ -417,6 +381,8 @@ mod tests {
             ("log", "q_A", Role::Position, "a"),
             ("log", "position[m]", Role::Position, "m"),
             ("", "observation[elbow]", Role::Position, "elbow"),
+            ("/dynamic_joint_states", "interface_values[pan].values[position]", Role::Position, "pan"),
+            ("/dynamic_joint_states", "interface_values[pan].values[effort]", Role::Effort, "pan"),
             ("curr_data", "Joint_1", Role::Position, "1"),
         ] {
             // The name of a table of currents gives the role of columns named by joints.

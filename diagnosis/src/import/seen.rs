@@ -1,7 +1,8 @@
 //! Findings on a joint and its servo from a log.
 
+use super::guess::Guess;
 use super::role::Role;
-use super::roles::{Amount, Guess};
+use super::roles::Amount;
 
 /// A load counts as the cause of an error if it explains at least this share of the squared error.
 const LEAST_EXPLAINED: f64 = 0.25;

@@ -3,16 +3,22 @@
 use feeler_logs::Run;
 use indexmap::IndexMap;
 
+use super::guess::{Chosen, Guess};
 use super::role::Role;
-use super::roles::{Chosen, Guess, unit};
+use super::roles::unit;
+use crate::error::DiagnosisError;
 
 /// The joint of the stated columns. A position that is not stated is the only one by its name.
-pub(super) fn joint(run: &Run, stated: &[(Role, String)], guesses: &IndexMap<String, Guess>) -> Guess {
+pub(super) fn joint(
+    run: &Run,
+    stated: &[(Role, String)],
+    guesses: &IndexMap<String, Guess>,
+) -> Result<Guess, DiagnosisError> {
     let mut joint = Guess::default();
     for (role, column) in stated {
-        if let Some((_, numbers)) = run.find(column) {
+        if let Some((table, numbers)) = run.find(column) {
             let (column, why) = (column.clone(), "it is stated".to_owned());
-            joint.columns.insert(*role, Chosen { column, why, unit: unit(*role, numbers) });
+            joint.columns.insert(*role, Chosen { column, why, unit: unit(*role, table, numbers)? });
         }
     }
     let is_stated = |chosen: &Chosen| stated.iter().any(|(_, column)| *column == chosen.column);
@@ -24,5 +30,5 @@ pub(super) fn joint(run: &Run, stated: &[(Role, String)], guesses: &IndexMap<Str
         let why = format!("the only position: {}", only.why);
         joint.columns.insert(Role::Position, Chosen { why, ..only.clone() });
     }
-    joint
+    Ok(joint)
 }

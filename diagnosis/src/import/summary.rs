@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use feeler_logs::{Run, Table};
 use indexmap::IndexMap;
 
+use super::guess::Guess;
 use super::role::Role;
-use super::roles::Guess;
 
 /// A run.
 #[derive(Clone, Debug)]

@@ -6,8 +6,8 @@ use feeler_logs::ClockUnit;
 use indexmap::IndexMap;
 
 use super::axis::Model;
+use super::guess::Guess;
 use super::role::Role;
-use super::roles::Guess;
 use super::summary::RunSummary;
 use super::unpaired::Lead;
 

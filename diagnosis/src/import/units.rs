@@ -1,47 +1,68 @@
 //! Units of columns, by what files state and what numbers show.
 
+use std::borrow::Cow;
+
+use feeler_files::{ColumnUnit, UnitKind, column_unit};
 use feeler_logs::Column;
 use feeler_problem::short;
 
 use super::role::Role;
 
 /// A unit other than SI.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum UnitGuess {
     /// A symbol that files take.
-    Symbol(&'static str),
+    Symbol(Cow<'static, str>),
     /// Counts, with the radians per count.
     Counts(f64),
 }
 
+/// Kinds of units of motion.
+const MOTION: [UnitKind; 4] = [UnitKind::Length, UnitKind::Angle, UnitKind::Speed, UnitKind::TurningSpeed];
+/// Kinds of units of a drive's command.
+const DRIVE: [UnitKind; 5] =
+    [UnitKind::Force, UnitKind::Torque, UnitKind::Current, UnitKind::Voltage, UnitKind::Share];
+
 impl UnitGuess {
+    pub(super) fn symbol(symbol: &'static str) -> Self {
+        Self::Symbol(symbol.into())
+    }
+
+    fn known(&self) -> Option<ColumnUnit> {
+        let Self::Symbol(symbol) = self else { return None };
+        column_unit(symbol, &MOTION).or_else(|_| column_unit(symbol, &DRIVE)).ok()
+    }
+
     /// The unit of the speed of numbers in this unit.
-    pub(super) fn per_second(self) -> Self {
+    pub(super) fn per_second(&self) -> Self {
         match self {
-            Self::Symbol("deg") => Self::Symbol("deg/s"),
-            Self::Symbol("mm") => Self::Symbol("mm/s"),
-            Self::Symbol("rad") => Self::Symbol("rad/s"),
-            Self::Symbol("m") => Self::Symbol("m/s"),
-            other => other,
+            Self::Symbol(symbol) => Self::Symbol(format!("{symbol}/s").into()),
+            Self::Counts(each) => Self::Counts(*each),
         }
     }
 
     /// Whether it is one of a slide, or of a joint that turns; `None` if it may be of either.
-    pub(super) fn is_straight(self) -> Option<bool> {
-        match self {
-            Self::Symbol(symbol) => Some(symbol.starts_with('m')),
-            Self::Counts(_) => None,
+    pub(super) fn is_straight(&self) -> Option<bool> {
+        match self.known()?.kind {
+            UnitKind::Length | UnitKind::Speed => Some(true),
+            UnitKind::Angle | UnitKind::TurningSpeed => Some(false),
+            _ => None,
         }
     }
 
     /// One of it in SI.
-    pub(super) fn in_si(self) -> f64 {
+    pub(super) fn in_si(&self) -> f64 {
         match self {
-            Self::Symbol("deg" | "deg/s") => 1.0_f64.to_radians(),
-            Self::Symbol("mm" | "mm/s") => 1e-3,
-            Self::Symbol(_) => 1.0,
-            Self::Counts(each) => each,
+            Self::Symbol(_) => self.known().map_or(1.0, |unit| unit.in_si),
+            Self::Counts(each) => *each,
         }
+    }
+
+    /// Whether a column of the machine takes it as its `unit`. Amperes and volts of a force drive are a
+    /// `scale`.
+    pub(super) fn is_of_the_signal(&self) -> bool {
+        let is_electric = |kind| matches!(kind, UnitKind::Current | UnitKind::Voltage | UnitKind::Share);
+        self.known().is_some_and(|unit| !is_electric(unit.kind))
     }
 }
 
@@ -55,24 +76,68 @@ const MOST_RADIANS: f64 = 7.0;
 /// A unit, and why it is guessed.
 pub(super) type Reasoned = Option<(UnitGuess, String)>;
 
-/// The unit of a column of positions or their targets' speeds, if its file or its name states it.
-pub(super) fn stated(role: Role, column: &Column) -> Reasoned {
-    let known = match role {
-        Role::Target | Role::Position => ["deg", "mm", "rad", "m"],
-        Role::TargetVelocity => ["deg/s", "mm/s", "rad/s", "m/s"],
-        _ => return None,
+/// The unit of a column, if its file or its name states it.
+///
+/// # Errors
+/// A unit in brackets or below the header that does not exist, or of another quantity.
+pub(super) fn stated(role: Role, column: &Column) -> Result<Reasoned, String> {
+    let kinds: &[UnitKind] = match role {
+        Role::Target | Role::Position => &MOTION[..2],
+        Role::TargetVelocity => &MOTION[2..],
+        Role::Command | Role::FeedForward => &DRIVE,
+        Role::Velocity | Role::Effort => return Ok(None),
     };
-    if let Some(stated) = &column.unit {
-        let known = known.into_iter().find(|symbol| symbol == stated)?;
-        return Some((UnitGuess::Symbol(known), "the file states it".into()));
-    }
     let name = &column.name;
-    let in_brackets = (bare(name).len() < name.len())
-        .then(|| name[bare(name).len()..].trim_matches([' ', '(', ')', '[', ']']));
-    let ending =
-        in_brackets.or_else(|| name.trim_end_matches(']').rsplit_once('_').map(|(_, ending)| ending));
-    let named = known.into_iter().find(|symbol| ending == Some(*symbol))?;
-    Some((UnitGuess::Symbol(named), "its name ends in it".into()))
+    let in_brackets = (bare(name).len() < name.len()).then(|| &name[bare(name).len()..]);
+    let written = column.unit.as_deref().map(|text| (text, STATED_BY_FILE));
+    let brackets = [' ', '(', ')', '[', ']'];
+    if let Some((text, why)) = written.or_else(|| Some((in_brackets?, STATED_BY_NAME))) {
+        let text = text.trim_matches(brackets);
+        // Readings of an encoder as they come: their size tells the rest.
+        if text.is_empty() || COUNTED.iter().any(|word| text.eq_ignore_ascii_case(word)) {
+            return Ok(None);
+        }
+        let unit = column_unit(text, kinds).map_err(|what| format!("the unit of `{name}`: {what}"))?;
+        return Ok(guess(unit, role, why));
+    }
+    // `_deg`, `_mm`, `_rad_s`, `_deg_per_s`: the longest end that is a unit of this quantity.
+    let parts: Vec<&str> = name.trim_end_matches(']').split('_').collect();
+    let ends = (1..parts.len().min(4)).rev().map(|count| &parts[parts.len() - count..]);
+    let spoken = ends.map(|end| match end {
+        [before, "per", after] => format!("{before}/{after}"),
+        _ => end.join("/"),
+    });
+    let found = spoken.filter_map(|text| column_unit(&text, kinds).ok()).next();
+    Ok(found.and_then(|unit| guess(unit, role, STATED_BY_NAME)))
+}
+
+/// Why a unit is not a guess.
+const STATED_BY_FILE: &str = "the file states it";
+const STATED_BY_NAME: &str = "its name ends in it";
+
+/// Whether a unit with this reason is stated.
+pub(super) fn is_stated(why: &str) -> bool {
+    [STATED_BY_FILE, STATED_BY_NAME].contains(&why)
+}
+
+/// Words of a name without the unit at its end.
+pub(super) fn without_unit(words: &[String]) -> &[String] {
+    let is_unit = |word: &String| {
+        word == "per"
+            || word.len() > 1 && [&MOTION[..], &DRIVE].iter().any(|of| column_unit(word, of).is_ok())
+    };
+    // The time of a speed.
+    let left = words.iter().rposition(|word| !is_unit(word) && word != "s").map_or(1, |at| at + 1);
+    if words[left.min(words.len())..].iter().any(is_unit) { &words[..left] } else { words }
+}
+
+/// Words that state numbers without a unit.
+const COUNTED: [&str; 8] = ["count", "counts", "tick", "ticks", "raw", "lsb", "steps", "-"];
+
+/// SI needs no word beside the command of a drive.
+fn guess(unit: ColumnUnit, role: Role, why: &str) -> Reasoned {
+    let is_plain = matches!(role, Role::Command | Role::FeedForward) && (unit.in_si - 1.0).abs() < 1e-12;
+    (!is_plain).then(|| (UnitGuess::Symbol(unit.symbol.into()), why.into()))
 }
 
 /// A name without the unit in brackets behind it: `Ist [deg]`, `q(rad)`. The item of a list stays: `q[a]`.
@@ -103,15 +168,15 @@ pub(super) fn by_size(role: Role, column: &Column) -> Reasoned {
         let why = format!("whole numbers up to {most}: counts, {turn} a turn");
         return Some((UnitGuess::Counts(std::f64::consts::TAU / turn), why));
     }
-    (most <= 1440.0).then(|| (UnitGuess::Symbol("deg"), format!("numbers up to {most:.1} are not radians")))
+    (most <= 1440.0).then(|| (UnitGuess::symbol("deg"), format!("numbers up to {most:.1} are not radians")))
 }
 
 /// The unit of a column whose motion is `times` that of another in SI, though it is the same motion. `None`
 /// if no common unit makes it so.
 pub(super) fn beside(times: f64, other: &str, is_straight: bool) -> Reasoned {
     let counts = TURNS.map(|turn| UnitGuess::Counts(std::f64::consts::TAU / turn));
-    let turning = counts.into_iter().chain([UnitGuess::Symbol("deg"), UnitGuess::Counts(1e-3)]);
-    let straight = [UnitGuess::Symbol("mm")];
+    let turning = counts.into_iter().chain([UnitGuess::symbol("deg"), UnitGuess::Counts(1e-3)]);
+    let straight = [UnitGuess::symbol("mm")];
     let known: Vec<UnitGuess> = if is_straight { straight.into() } else { turning.collect() };
     let off = |unit: &UnitGuess| (times * unit.in_si()).ln().abs();
     let nearest =
@@ -128,26 +193,61 @@ mod tests {
     fn truth_the_end_of_a_name_tells_its_unit() {
         let found = |name: &str, role| {
             let column = Column { name: name.into(), values: vec![0.0, 20.0], ..Column::default() };
-            stated(role, &column).or_else(|| by_size(role, &column)).map(|(unit, _)| unit)
+            stated(role, &column).expect("a unit").or_else(|| by_size(role, &column)).map(|(unit, _)| unit)
         };
-        assert_eq!(found("encoder_m", Role::Position), Some(UnitGuess::Symbol("m")));
-        assert_eq!(found("target[elbow_rad]", Role::Target), Some(UnitGuess::Symbol("rad")));
-        assert_eq!(found("elbow_deg", Role::Position), Some(UnitGuess::Symbol("deg")));
-        assert_eq!(found("elbow", Role::Position), Some(UnitGuess::Symbol("deg")));
+        assert_eq!(found("encoder_m", Role::Position), Some(UnitGuess::symbol("m")));
+        assert_eq!(found("target[elbow_rad]", Role::Target), Some(UnitGuess::symbol("rad")));
+        assert_eq!(found("elbow_deg", Role::Position), Some(UnitGuess::symbol("deg")));
+        assert_eq!(found("elbow", Role::Position), Some(UnitGuess::symbol("deg")));
         assert_eq!(found("command_n", Role::Command), None);
         for name in ["Ist [deg]", "ist (deg)", "ist(deg)"] {
-            assert_eq!(found(name, Role::Position), Some(UnitGuess::Symbol("deg")), "{name}");
+            assert_eq!(found(name, Role::Position), Some(UnitGuess::symbol("deg")), "{name}");
+        }
+        for (name, role, symbol) in [
+            ("ist [mrad]", Role::Position, "mrad"),
+            ("slide (cm)", Role::Target, "cm"),
+            ("q_des_um", Role::Target, "um"),
+            ("speed_deg_per_s", Role::TargetVelocity, "deg/s"),
+            ("qd_des_mm_s", Role::TargetVelocity, "mm/s"),
+            ("Soll [°]", Role::Target, "°"),
+            ("force_cmd [kN]", Role::Command, "kN"),
+            ("current_cmd_mA", Role::Command, "mA"),
+        ] {
+            assert_eq!(found(name, role), Some(UnitGuess::Symbol(symbol.into())), "{name}");
+        }
+        // The end of a name that is not a unit of the quantity is a name.
+        for name in ["q_a", "q_A", "position_n", "joint_s", "target_3"] {
+            let column = Column { name: name.into(), values: vec![0.0, 2.0], ..Column::default() };
+            assert_eq!(stated(Role::Position, &column), Ok(None), "{name}");
         }
     }
+
+    #[test]
+    fn truth_a_unit_in_brackets_that_does_not_exist_is_refused() {
+        for (name, unit, what) in [
+            ("ist [degg]", None, "the unit of `ist [degg]`: `degg` is not a unit (perhaps `deg`)"),
+            ("ist (N)", None, "`N` is a unit of another quantity"),
+            ("ist", Some("furlong"), "`furlong` is not a unit"),
+        ] {
+            let column = Column { name: name.into(), unit: unit.map(str::to_owned), ..Column::default() };
+            let error = stated(Role::Position, &column).expect_err("refused");
+            assert!(error.contains(what), "{error}");
+        }
+        for (name, unit) in [("ist [raw]", None), ("ist", Some("[-]")), ("ist", Some("counts"))] {
+            let column = Column { name: name.into(), unit: unit.map(str::to_owned), ..Column::default() };
+            assert_eq!(stated(Role::Position, &column), Ok(None), "{name}");
+        }
+    }
+
     /// A motion in degrees is 57.3 times that in radians.
     #[test]
     fn truth_the_size_of_one_motion_tells_its_unit() {
         let found = |times: f64| beside(times, "target", false).map(|(unit, _)| unit);
-        assert_eq!(found(55.0), Some(UnitGuess::Symbol("deg")));
+        assert_eq!(found(55.0), Some(UnitGuess::symbol("deg")));
         assert_eq!(found(990.0), Some(UnitGuess::Counts(1e-3)));
         assert_eq!(found(640.0), Some(UnitGuess::Counts(std::f64::consts::TAU / 4096.0)));
-        assert_eq!([found(0.02), found(4.0), found(1e7)], [None; 3]);
-        assert_eq!(beside(990.0, "x", true).map(|(unit, _)| unit), Some(UnitGuess::Symbol("mm")));
+        assert_eq!([found(0.02), found(4.0), found(1e7)], [None, None, None]);
+        assert_eq!(beside(990.0, "x", true).map(|(unit, _)| unit), Some(UnitGuess::symbol("mm")));
         assert_eq!(beside(57.0, "x", true), None);
     }
 }

@@ -5,8 +5,8 @@ use feeler_problem::short;
 use indexmap::IndexMap;
 
 use super::follow::{Follow, follow};
+use super::guess::Guess;
 use super::role::Role;
-use super::roles::Guess;
 
 /// Columns without names that are compared with each other, at most.
 const MOST_COMPARED: usize = 6;

@@ -9,9 +9,10 @@ use feeler_problem::short;
 use super::axis::{AxisBelief, Beliefs, Model};
 use super::files::{create, file_name, save, table};
 use super::first::First;
+use super::guess::{Chosen, Guess};
 use super::load::Arm;
 use super::role::Role;
-use super::roles::{Chosen, Guess, words};
+use super::roles::words;
 use super::seen::Seen;
 use super::survey::{Options, Survey, Written};
 use super::units::UnitGuess;
@@ -79,12 +80,23 @@ impl Writer {
             let mut guess = (*guess).clone();
             let mut assumptions = Vec::new();
             let axis = given.as_ref().map(|given| given.is_straight);
+            if let (Some(is_straight), Some(Model::Machine(file))) = (axis, &options.model)
+                && let Some(reason) = guess.stated_against(is_straight)
+            {
+                let remedy =
+                    "name a machine with the `axis` of this joint, or correct the unit of the column";
+                return Err(DiagnosisError::Unreadable { file: file.clone(), reason, remedy });
+            }
             if let Some(is_straight) = axis.or_else(|| Some(belief.as_ref()?.0.is_straight)) {
                 assumptions.extend(guess.fit_axis(is_straight));
             }
             match (&belief, &beliefs) {
-                (Some((belief, why)), _) => assumptions
-                    .push(format!("`{name}` is the joint `{}` of the model: {why}", belief.joint.name)),
+                (Some((belief, why)), beliefs) => {
+                    assumptions
+                        .push(format!("`{name}` is the joint `{}` of the model: {why}", belief.joint.name));
+                    let remarks = beliefs.iter().flat_map(|beliefs| &beliefs.remarks);
+                    assumptions.extend(remarks.map(|remark| format!("of the model, {remark}")));
+                }
                 (None, Some(beliefs)) if !beliefs.names().is_empty() => assumptions.push(format!(
                     "the model has no joint `{name}`, only {}: none of it is used",
                     beliefs.names().join(", ")
@@ -156,7 +168,7 @@ impl Writer {
             let mut machine =
                 String::from("# A first machine, written by `feeler import`. Its assumptions:\n");
             for assumption in &assumptions {
-                let _ = writeln!(machine, "# - {assumption}");
+                let _ = writeln!(machine, "# - {}", one_line(assumption));
             }
             machine.push_str(&first.text);
             save(&joint.folder.join("machine.toml"), &machine)?;
@@ -345,16 +357,18 @@ impl Joint {
                 let _ = writeln!(
                     text,
                     "\n# The column `{name}` ({}) is not used: the machine has no {lacks} for it.",
-                    chosen.column
+                    one_line(&chosen.column)
                 );
                 continue;
             };
-            let _ = writeln!(text, "\n# {}: {}", chosen.column, chosen.why);
+            let _ = writeln!(text, "\n# {}: {}", one_line(&chosen.column), one_line(&chosen.why));
             let _ = writeln!(text, "[columns.{name}]\nsignal = \"{signal}\"");
             if let Some((unit, why)) = &chosen.unit {
                 let _ = match unit {
-                    UnitGuess::Symbol(symbol) => writeln!(text, "unit = \"{symbol}\" # guess: {why}"),
-                    UnitGuess::Counts(each) => writeln!(text, "scale = {each:?} # guess: {why}"),
+                    UnitGuess::Symbol(symbol) if unit.is_of_the_signal() => {
+                        writeln!(text, "unit = \"{symbol}\" # guess: {}", one_line(why))
+                    }
+                    _ => writeln!(text, "scale = {:?} # guess: {}", unit.in_si(), one_line(why)),
                 };
             }
         }
@@ -378,6 +392,11 @@ impl Joint {
         }
         text
     }
+}
+
+/// A text for a remark: names of columns may hold anything.
+fn one_line(text: &str) -> String {
+    text.replace(char::is_control, " ")
 }
 
 /// Smallest and largest value of a column in the first run.

@@ -29,13 +29,13 @@ fn imported(file: &str, names: [&str; 2], times: f64, more: &Options) -> Survey 
 fn truth_a_position_in_another_unit_than_its_target_gets_the_unit_that_makes_them_one_motion() {
     for (times, expected) in [
         (1.0, None),
-        (360.0 / TAU, Some(UnitGuess::Symbol("deg"))),
+        (360.0 / TAU, Some(UnitGuess::Symbol("deg".into()))),
         (1e3, Some(UnitGuess::Counts(1e-3))),
         (-4096.0 / TAU, Some(UnitGuess::Counts(TAU / 4096.0))),
     ] {
         let survey = imported("a.csv", ["target", "position"], times, &Options::default());
         let guess = &survey.joints[""];
-        let found = guess.columns[&Role::Position].unit.as_ref().map(|(unit, _)| *unit);
+        let found = guess.columns[&Role::Position].unit.as_ref().map(|(unit, _)| unit.clone());
         assert_eq!(found, expected, "{times}");
         assert_eq!(guess.columns[&Role::Target].unit, None, "{times}");
         let follow = guess.follow.expect("it follows");
@@ -45,7 +45,10 @@ fn truth_a_position_in_another_unit_than_its_target_gets_the_unit_that_makes_the
     // The target in degrees.
     let survey = imported("a.csv", ["target", "position"], TAU / 360.0, &Options::default());
     let found = &survey.joints[""].columns;
-    assert_eq!(found[&Role::Target].unit.as_ref().map(|(unit, _)| *unit), Some(UnitGuess::Symbol("deg")));
+    assert_eq!(
+        found[&Role::Target].unit.as_ref().map(|(unit, _)| unit.clone()),
+        Some(UnitGuess::Symbol("deg".into()))
+    );
     assert_eq!(found[&Role::Position].unit, None);
 }
 

@@ -13,6 +13,7 @@ mod import_units;
 mod inputs;
 mod one_machine;
 mod recovery;
+mod so101;
 mod surface;
 mod units;
 mod warming;

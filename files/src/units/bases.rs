@@ -76,7 +76,7 @@ impl Bases {
 }
 
 /// Symbol, factor to SI, bases, whether it accepts a prefix.
-const SYMBOLS: &[(&str, f64, Bases, bool)] = &[
+pub(super) const SYMBOLS: &[(&str, f64, Bases, bool)] = &[
     ("1", 1.0, Bases::new(0.0, 0.0, 0.0, 0.0), false),
     ("%", 0.01, Bases::new(0.0, 0.0, 0.0, 0.0), false),
     ("g", 1e-3, Bases::new(1.0, 0.0, 0.0, 0.0), true),
@@ -127,7 +127,7 @@ pub(super) fn symbol_bases(text: &str) -> Option<(f64, Bases)> {
 }
 
 /// Units under other names.
-const ELSEWHERE: [(&str, &str); 18] = [
+pub(super) const ELSEWHERE: [(&str, &str); 28] = [
     ("sec", "s"),
     ("secs", "s"),
     ("seconds", "s"),
@@ -144,8 +144,18 @@ const ELSEWHERE: [(&str, &str); 18] = [
     ("microns", "um"),
     ("degree", "deg"),
     ("degrees", "deg"),
+    ("radian", "rad"),
     ("radians", "rad"),
     ("Nm", "N m"),
+    ("N.m", "N m"),
+    ("N-m", "N m"),
+    ("mNm", "mN m"),
+    ("kNm", "kN m"),
+    ("mps", "m/s"),
+    ("radps", "rad/s"),
+    ("degps", "deg/s"),
+    ("dps", "deg/s"),
+    ("percent", "%"),
 ];
 
 /// The unit most similar to a symbol.

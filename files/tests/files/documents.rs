@@ -368,6 +368,7 @@ fn truth_a_column_may_be_what_a_controller_followed() {
         (dataset.replace("force.ref", "forse.ref"), COMPLETE, "has no controller `forse`"),
         (dataset.into(), &*second, "`second` drives `drive` too"),
         (dataset.replace("kN", "mm"), COMPLETE, "mm"),
+        (dataset.replace("unit = \"kN\"", "scale = 0.0"), COMPLETE, "a factor of zero"),
     ] {
         let error = read(&text, machine).unwrap_err();
         assert!(error.problems.len() == 1 && error.problems[0].message.contains(said), "{said}: {error}");

@@ -3,6 +3,7 @@
 mod dialect;
 mod layout;
 mod text;
+mod width;
 
 use std::path::Path;
 
@@ -13,6 +14,7 @@ use crate::error::{LogError, LogPlace};
 use crate::table::{Column, Run, Table};
 use layout::{CellKind, Layout, is_empty, items, number, number_of};
 use text::Text;
+use width::{Width, same_names};
 
 /// Names of columns that count rows, and are not a clock.
 const COUNTERS: [&str; 9] = ["index", "frame", "sample", "seq", "row", "id", "step", "count", "n"];
@@ -33,6 +35,7 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
     let mut rows = text.rows(&layout.dialect);
     let mut record = ByteRecord::new();
     let mut number = 0;
+    let mut width = Width::default();
     loop {
         number += 1;
         let is_row = rows.next(&mut record).map_err(|error| match error.into_kind() {
@@ -48,10 +51,14 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
             break;
         }
         if number > layout.rows_before {
+            width.check(path, number, &layout, &record)?;
             cells.push(&record);
         }
     }
-    Ok(cells.into_run(path, &layout, unit))
+    let mut run = cells.into_run(path, &layout, unit);
+    run.notes.extend(width.note(&layout));
+    run.notes.extend(same_names(&layout));
+    Ok(run)
 }
 
 /// The clock's column: by its name, by its calendar times, or the first one if it increases.

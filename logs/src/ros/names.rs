@@ -122,9 +122,11 @@ impl Labels {
     }
 }
 
-/// Whether a structure contains a list of numbers of this length, to which a list of names then belongs.
+/// Whether a structure contains a list of numbers of this length, to which a list of names then belongs. A
+/// structure with names of its own needs none from outside.
 fn holds_list(node: &Node, length: usize) -> bool {
     match node {
+        Node::Struct(members) if members.iter().any(|(_, node)| matches!(node, Node::Names(_))) => false,
         Node::Struct(members) => members.iter().any(|(_, node)| match node {
             Node::Sequence(items) => {
                 items.len() == length || items.iter().any(|item| holds_list(item, length))

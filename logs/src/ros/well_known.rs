@@ -11,7 +11,7 @@ const LINE: &str = "============================================================
 type Known = (&'static str, &'static str, &'static [&'static str]);
 
 /// Of several with one name the last release comes first.
-const KNOWN: [Known; 20] = [
+const KNOWN: [Known; 22] = [
     (
         "sensor_msgs/JointState",
         "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort",
@@ -64,6 +64,12 @@ const KNOWN: [Known; 20] = [
          trajectory_msgs/JointTrajectoryPoint actual\ntrajectory_msgs/JointTrajectoryPoint error",
         &["trajectory_msgs/JointTrajectoryPoint"],
     ),
+    (
+        "control_msgs/DynamicJointState",
+        "std_msgs/Header header\nstring[] joint_names\ncontrol_msgs/InterfaceValue[] interface_values",
+        &["control_msgs/InterfaceValue"],
+    ),
+    ("control_msgs/InterfaceValue", "string[] interface_names\nfloat64[] values", &[]),
     (
         "trajectory_msgs/MultiDOFJointTrajectoryPoint",
         "geometry_msgs/Transform[] transforms\ngeometry_msgs/Twist[] velocities\n\

@@ -285,3 +285,50 @@ fn truth_a_packed_bag_is_read_as_the_bag_in_it() {
     let remedy = feeler_problem::Remedy::remedy(&other.expect_err("a table")).into_owned();
     assert!(remedy.contains("zstd -d"), "{remedy}");
 }
+
+/// An archive that unpacks without end: refused by what its header promises.
+#[test]
+fn truth_an_archive_that_unpacks_to_too_many_numbers_is_refused() {
+    let archive = |rows: usize| {
+        let mut writer = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+        writer.start_file("q.npy", zip::write::SimpleFileOptions::default()).expect("a file");
+        let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows},), }}\n");
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.as_bytes());
+        bytes.resize(bytes.len() + 8 * rows.min(1 << 17), 0);
+        std::io::Write::write_all(&mut writer, &bytes).expect("written");
+        writer.finish().expect("an archive").into_inner()
+    };
+    // A megabyte of zeros is a log of a robot at rest.
+    assert!(read("rest.npz", &archive(1 << 17)).is_ok());
+    let error = read("bomb.npz", &archive(1 << 27)).expect_err("refused");
+    assert!(is_clear(&error, "bomb.npz") && error.to_string().contains("too small"), "{error}");
+}
+
+/// Millions of equal numbers take a few bytes of a Parquet table.
+#[test]
+fn truth_a_parquet_table_of_endless_equal_numbers_is_refused() {
+    use parquet::data_type::DoubleType;
+    use parquet::file::properties::WriterProperties;
+    use parquet::file::writer::SerializedFileWriter;
+    let table = |rows: usize, groups: usize| {
+        let schema = parquet::schema::parser::parse_message_type("message a { required double x; }");
+        let schema = std::sync::Arc::new(schema.expect("a schema"));
+        let mut writer =
+            SerializedFileWriter::new(Vec::new(), schema, WriterProperties::builder().build().into())
+                .expect("a writer");
+        let values = vec![1.0; rows];
+        for _ in 0..groups {
+            let mut group = writer.next_row_group().expect("a group");
+            let mut column = group.next_column().expect("sound").expect("a column");
+            column.typed::<DoubleType>().write_batch(&values, None, None).expect("written");
+            column.close().expect("closed");
+            group.close().expect("closed");
+        }
+        writer.into_inner().expect("written")
+    };
+    assert!(read("rest.parquet", &table(1 << 16, 1)).is_ok());
+    let error = read("bomb.parquet", &table(1 << 20, 33)).expect_err("refused");
+    assert!(is_clear(&error, "bomb.parquet") && error.to_string().contains("as no log does"), "{error}");
+}

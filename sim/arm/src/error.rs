@@ -9,7 +9,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum ArmError {
-    #[error("the URDF is not XML: {what}")]
+    #[error("the model is not XML: {what}")]
     Xml {
         /// The parser's message, with line and column.
         what: String,
@@ -21,7 +21,7 @@ pub enum ArmError {
         what: String,
         remedy: Cow<'static, str>,
     },
-    #[error("there is no {kind} `{name}` in the URDF")]
+    #[error("there is no {kind} `{name}` in the model")]
     Unknown {
         /// `link` or `joint`.
         kind: &'static str,
@@ -73,7 +73,7 @@ pub enum ArmError {
 impl Remedy for ArmError {
     fn remedy(&self) -> Cow<'_, str> {
         match self {
-            Self::Xml { .. } => "export the URDF again".into(),
+            Self::Xml { .. } => "export the model again".into(),
             Self::Urdf { remedy, .. } => remedy.as_ref().into(),
             Self::Unknown { known, .. } => format!("name one of {known}").into(),
             Self::Massless { link, .. } => format!("give link `{link}` an `inertial`").into(),

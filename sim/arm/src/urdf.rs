@@ -12,8 +12,7 @@ use crate::xml::{attribute, child, line_of, number, optional_number, origin, vec
 
 /// Standard acceleration of free fall, m/s².
 const GRAVITY: f64 = 9.806_65;
-/// The triangle inequality of principal moments holds within this share, because tables of inertias are
-/// rounded.
+/// The triangle inequality of principal moments holds within this share: tables of inertias are rounded.
 const INERTIA_ROUNDING: f64 = 1e-3;
 
 /// A robot description: links, and the joints between them.
@@ -25,6 +24,8 @@ pub struct Urdf {
     link_names: Vec<String>,
     joints: Vec<Described>,
     short_inertias: Vec<ShortInertia>,
+    /// The standard one along -z, unless stated.
+    pub(crate) gravity_m_per_s2: Option<Vector3<f64>>,
 }
 
 #[derive(Clone, Debug)]
@@ -342,7 +343,7 @@ impl Urdf {
             name: self.name.clone(),
             joints,
             tool: frame,
-            gravity_m_per_s2: Vector3::new(0.0, 0.0, -GRAVITY),
+            gravity_m_per_s2: self.gravity_m_per_s2.unwrap_or(Vector3::z() * -GRAVITY),
         };
         check_masses(&chain, &way)?;
         Ok(chain)

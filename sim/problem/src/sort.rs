@@ -46,7 +46,7 @@ const PICTURE: &str = "this is a picture";
 const DRAWN: &str = "name the file that it was drawn from";
 
 /// Every format with its own first bytes.
-pub const ALL: [Sort; 27] = [
+pub const ALL: [Sort; 30] = [
     MCAP,
     SQLITE,
     PARQUET,
@@ -90,9 +90,16 @@ pub const ALL: [Sort; 27] = [
     other(b"\xff\xd8\xff", PICTURE, DRAWN),
     other(b"GIF8", PICTURE, DRAWN),
     other(b"\x7fELF", "this is a program", "name a log or a text file here"),
+    other(b"\x1aE\xdf\xa3", VIDEO.what, VIDEO.remedy),
+    other(b"RIFF", "this is a video or a sound", VIDEO.remedy),
+    other(b"7z\xbc\xaf", "this is a 7-Zip archive", "unpack it, and name the file in it"),
 ];
+
+/// A video whose first bytes are the length of its first part.
+const VIDEO: Sort = other(b"ftyp", "this is a video", "name the log of numbers that was recorded beside it");
 
 /// The format of a file that begins with these bytes.
 pub fn sort_of(bytes: &[u8]) -> Option<Sort> {
-    ALL.into_iter().find(|sort| bytes.starts_with(sort.begins))
+    let is_video = bytes.get(4..8) == Some(VIDEO.begins);
+    ALL.into_iter().find(|sort| bytes.starts_with(sort.begins)).or(is_video.then_some(VIDEO))
 }

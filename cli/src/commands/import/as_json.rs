@@ -186,9 +186,9 @@ impl<'a> ImportedJoint<'a> {
 
 impl<'a> ImportedRole<'a> {
     fn new(role: Role, chosen: &'a Chosen) -> Self {
-        let (unit, rad_per_count) = match chosen.unit {
-            Some((UnitGuess::Symbol(symbol), _)) => (Some(symbol), None),
-            Some((UnitGuess::Counts(each), _)) => (Some("counts"), Some(each)),
+        let (unit, rad_per_count) = match &chosen.unit {
+            Some((UnitGuess::Symbol(symbol), _)) => (Some(symbol.as_ref()), None),
+            Some((UnitGuess::Counts(each), _)) => (Some("counts"), Some(*each)),
             None => (None, None),
         };
         Self {

@@ -126,7 +126,7 @@ fn truth_mistakes_are_told_with_line_and_remedy() {
         (("lower=\"-2\"", "lower=\"3\""), "write the lower one first"),
         (("<limit lower=\"-2\" upper=\"2\" effort=\"10\"/>", ""), "joint `a` has no `limit`"),
         (("xyz=\"0.1 0 0\"", "xyz=\"0.1 0\""), "is not three finite numbers"),
-        (("<robot name=\"two\">", "<robot name=\"two\""), "the URDF is not XML"),
+        (("<robot name=\"two\">", "<robot name=\"two\""), "the model is not XML"),
         (("name=\"two\"><inertial", "name=\"one\"><inertial"), "there are two links `one`"),
     ];
     for ((from, to), said) in cases {

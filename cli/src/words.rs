@@ -17,7 +17,7 @@ const NEAR: [&str; 8] =
 /// One or two sentences on the outcome of a run.
 pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
     if let Some(signal) = &summary.controlled {
-        return of_motion(summary, signal, judged_unit(summary, units));
+        return of_motion(summary, signal, judged_unit(Some(signal), units));
     }
     let reference = summary.response.and_then(|response| response.final_reference_n);
     let oscillation = summary.oscillation.unwrap_or_default();
@@ -159,8 +159,8 @@ fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem]) -> Option<
 }
 
 /// The unit of the signal by which a run is judged: a force, or a motion without contact.
-pub(crate) fn judged_unit(summary: &Summary, units: Units) -> &'static str {
-    let signal = summary.controlled.as_ref().and_then(|signal| signal.parse::<SignalName>().ok());
+pub(crate) fn judged_unit(controlled: Option<&str>, units: Units) -> &'static str {
+    let signal = controlled.and_then(|signal| signal.parse::<SignalName>().ok());
     signal.map_or(units.force, |signal| units.unit(signal.quantity))
 }
 

@@ -245,7 +245,7 @@ fn figures(summary: &Summary, units: Units) -> String {
         row(&frequency, split(oscillation.frequency_hz, "Hz"), impacts);
         row(
             &amplitude,
-            split(oscillation.amplitude_n, words::judged_unit(summary, units)),
+            split(oscillation.amplitude_n, words::judged_unit(summary.controlled.as_deref(), units)),
             "half of peak to peak".into(),
         );
     }

@@ -16,8 +16,7 @@ use crate::units::Units;
 use crate::{pages, terminal};
 
 /// Meaning of the last column of the table of runs.
-const ABOUT_LIMIT: &str =
-    "limit/gain: stability limit of the sampled loop in contact over its gain, by linear theory";
+const ABOUT_LIMIT: &str = "limit/gain: stability limit of the sampled loop over its gain, by linear theory";
 const ABOUT_NO_LIMIT: &str = "-: 50 or more, or linear theory has no answer";
 /// Meaning of the last column of the table of remedies.
 const ABOUT_NOW: &str =

@@ -284,6 +284,10 @@ impl Flow {
         ((self.bristles_per_s * span_s / BRISTLE_ANGLE).ceil() as usize).clamp(1, MOST_PARTS)
     }
 
+    pub(super) fn has_sliding_bristles(&self) -> bool {
+        self.bristles_per_s > 0.0
+    }
+
     pub(super) fn states(&self) -> usize {
         self.states
     }

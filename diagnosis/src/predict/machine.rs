@@ -186,6 +186,12 @@ impl Moving {
         out: &mut Vec<f64>,
     ) -> Result<(), DiagnosisError> {
         let flow = &mut self.flows[i];
+        if flow.has_sliding_bristles() {
+            // Bristles settle within a fraction of a span. Their rate at its start, held throughout, would
+            // be amplified by their damping.
+            let start = from.clone();
+            self.motion.average_terms(&flow.equations, &mut from, &start, span_s);
+        }
         flow.move_by(span_s, recurring, &from, out)?;
         self.motion.fill_terms(&flow.equations, out);
         self.motion.average_terms(&flow.equations, &mut from, out, span_s);

@@ -160,6 +160,48 @@ fn regress_run_and_replay_agree_for_a_light_body_under_heavy_friction() {
     assert!((reached - 5e-3).abs() < 1e-3, "{reached}");
 }
 
+/// Bristles that straighten in a fifth of a row and are damped. Their rate at the start of a row, held over
+/// it, grew from row to row until the prediction diverged.
+#[test]
+fn regress_damped_bristles_that_slide_fast_are_predicted_as_they_run() {
+    let dataset = recorded(&scenario(
+        r#"
+        name = "bristles"
+        [bodies.slider]
+        mass = "200 g"
+        [springs.guide]
+        between = ["ground", "slider"]
+        damping = 20.0
+        [springs.guide.effects.lugre-friction]
+        stiffness = 5.0e5
+        damping = 3000.0
+        coulomb = 4.0
+        static = 7.0
+        velocity = 5.0e-3
+        [actuators.drive]
+        on = "slider"
+        kind = "force"
+        [controllers.push]
+        law = "open-loop"
+        drives = "drive"
+        period = "1 ms"
+        reference = { kind = "chirp", amplitude = "15 N", start = "2 Hz", end = "2 Hz", duration = "2 s" }
+        [run]
+        duration = "1 s"
+        "#,
+    ));
+    let own = predicted(&dataset, 0.0);
+    for ((run, own), channel) in dataset.records[0].series.iter().zip(&own).zip(&dataset.channels) {
+        let size = run.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        let apart = run.iter().zip(own).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        // The mean of the friction over a row is of second order; a row moves the slider by a third of the
+        // way over which bristles bend.
+        assert!(apart < 0.01 * size, "{}: {apart:e} of {size:e}", channel.column);
+    }
+    let fast = dataset.records[0].series[1].iter().fold(0.0_f64, |fast, v| fast.max(v.abs()));
+    assert!(fast > 0.3, "{fast}");
+}
+
 /// A linear congruential generator (Knuth): equal machines on every computer.
 struct Draw(u64);
 

@@ -69,8 +69,12 @@ pub struct Trial {
     /// Whether it counts as cured although it grows. By linear theory it grows only by the short period of a
     /// controller that represents a continuous one.
     pub only_by_period: bool,
-    /// Amplitude of the oscillation that lasts, N; `None` if none does.
+    /// Amplitude of the oscillation that lasts, N; `None` if none does. It has the unit of `controlled` if
+    /// that is present.
     pub amplitude_n: Option<f64>,
+    /// The motion that decided the outcome; absent if a force did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub controlled: Option<String>,
     /// Its frequency, Hz; `None` without an oscillation.
     pub frequency_hz: Option<f64>,
     /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; `None` if

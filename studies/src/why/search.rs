@@ -225,6 +225,7 @@ fn trial_of(
         amplitude_n: oscillation
             .map(|o| o.amplitude_n)
             .or(grows.map(|measured| measured.summary.verdict.amplitudes_n[2])),
+        controlled: measured.and_then(|measured| measured.summary.controlled.clone()),
         frequency_hz: oscillation.map(|o| o.frequency_hz),
         gain_margin: gain_margin.filter(|margin| margin.is_finite()),
         error: result.as_ref().err().map(ToString::to_string),

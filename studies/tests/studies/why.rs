@@ -317,6 +317,9 @@ fn truth_free_play_is_named_where_it_sustains_the_motion() {
     let found = explained(PLAY);
     assert_eq!(found.causes, [feeler_studies::why::ChatterCause::FreePlay], "{}", found.verdict);
     assert!(found.verdict.contains("motion") && !found.verdict.contains("contact"), "{}", found.verdict);
+    // The unit of its amplitude follows from it.
+    let judged = found.baseline.controlled.unwrap_or_default();
+    assert!(judged.ends_with(".position"), "{judged}");
     let without = explained(&PLAY.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", ""));
     assert!(!without.chatters && without.verdict.contains("comes to rest"), "{}", without.verdict);
 }

@@ -110,7 +110,7 @@ pub(crate) fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) 
         tiles.push(tile("frequency", with_unit(oscillation.frequency_hz, "Hz"), impacts));
         tiles.push(tile(
             "amplitude",
-            with_unit(oscillation.amplitude_n, words::judged_unit(summary, units)),
+            with_unit(oscillation.amplitude_n, words::judged_unit(summary.controlled.as_deref(), units)),
             "half of peak to peak".into(),
         ));
     }

@@ -22,7 +22,7 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
     if !lifts.is_empty() {
         page.heading("What would lift the limit");
         page.paragraph(
-            "Each row makes one property ideal. The limit is that of the sampled loop in contact over its \
+            "Each row makes one property ideal. The limit is that of the sampled loop over its \
              gain, by linear theory. `feeler tune FILE` finds gains for the largest bandwidth.",
         );
         page.table(&LIFTS, &[1, 2], &lifts);
@@ -47,7 +47,7 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
         page.heading("What was tried");
         page.paragraph(
             "Each row repeats the run with one property made ideal, or several if one is not enough. The \
-             last column is the stability limit of the sampled loop in contact over its gain, by linear \
+             last column is the stability limit of the sampled loop over its gain, by linear \
              theory. A dash: 50 or more, or linear theory has no answer.",
         );
         page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found, units));

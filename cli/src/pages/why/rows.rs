@@ -5,6 +5,7 @@ use feeler_studies::why::{CheckedRemedy, Counterfactual, Explanation, Lift, Tria
 
 use crate::numbers::{percent, plain, with_unit};
 use crate::units::Units;
+use crate::words::judged_unit;
 
 /// Largest number of listed alternatives to the chosen set.
 const MOST_OTHERS: usize = 8;
@@ -77,7 +78,8 @@ pub(super) fn amplitude(trial: &Trial, units: Units) -> Option<String> {
     if trial.outcome == Some(Outcome::Unstable) {
         Some("grows".into())
     } else {
-        trial.amplitude_n.map(|amplitude| with_unit(amplitude, units.force))
+        let unit = judged_unit(trial.controlled.as_deref(), units);
+        trial.amplitude_n.map(|amplitude| with_unit(amplitude, unit))
     }
 }
 

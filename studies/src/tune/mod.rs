@@ -19,6 +19,7 @@ mod theory;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use feeler_analysis::gain;
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::Scenario;
 use feeler_files::{Document, Setting, assignment};
@@ -95,6 +96,8 @@ pub fn tune(
     let scenario = &document.scenario;
     let name = controller(scenario, spec)?;
     let base = &scenario.controllers[name.as_str()].spec;
+    knobs::leading(base, spec)?;
+    let spec = &spec.clone().in_si(|gain, text| gain_in_si(document, &name, gain, text))?;
     let knobs = Knobs::new(scenario, base, spec)?;
     let at_work = knobs.all_at_work();
     let with_step = spec.limits.iter().any(|limit| limit.of == TuneMeasure::StepOvershoot);
@@ -397,6 +400,13 @@ fn changes(name: &str, from: &ControllerSpec, to: &[ControllerSpec]) -> Vec<Vec<
         changed.map(|(key, value)| assignment(key, &Setting::Number(*value))).collect()
     };
     after.iter().map(words).collect()
+}
+
+/// Value of a gain that a text gives with its unit, SI.
+fn gain_in_si(document: &Document, controller: &str, name: &str, text: &str) -> Result<f64, TuneError> {
+    let key = format!("controllers.{controller}.{name}");
+    let with = document.with([(key.as_str(), Setting::Text(text.to_owned()))])?;
+    Ok(gain(&with.scenario.controllers[controller].spec, name)?)
 }
 
 fn setting(value: &str) -> Setting {

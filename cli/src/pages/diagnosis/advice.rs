@@ -1,4 +1,4 @@
-//! What to do about a diagnosis: the steps to take, and the limits of the answer.
+//! Steps to take after a diagnosis, and the limits of its answer.
 
 use feeler_diagnosis::apart;
 use feeler_diagnosis::report::{Cause, Diagnosis, MOST_ODDS, Verdict};
@@ -77,9 +77,8 @@ impl<'a> Advised<'a> {
 
 /// The step if causes were left untried: a longer search.
 fn longer(diagnosis: &Diagnosis) -> Option<String> {
-    let longer = "Diagnose again with a larger --budget, or with --budget unlimited. Until then do not rely on \
-                  a cause.";
-    diagnosis.adequacy.has_untried().then(|| longer.to_owned())
+    let longer = "Diagnose again with a larger --budget, or with --budget unlimited.";
+    diagnosis.adequacy.has_untried().then(|| format!("{longer} Until then do not rely on a cause."))
 }
 
 /// Recommendations for the machine.

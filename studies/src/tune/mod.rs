@@ -412,3 +412,20 @@ fn gain_in_si(document: &Document, controller: &str, name: &str, text: &str) -> 
 fn setting(value: &str) -> Setting {
     value.parse().map_or_else(|_| Setting::Text(value.into()), Setting::Number)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn truth_a_limit_of_a_gain_has_the_unit_of_its_key() {
+        let scenarios = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"));
+        let document = Document::load(&scenarios.join("chatter/settles.toml")).unwrap();
+        let read = |text| gain_in_si(&document, "force", "damping", text);
+        assert_eq!(read("2 kN s/m").unwrap().to_bits(), 2000_f64.to_bits());
+        let refused = read("2 kg").unwrap_err();
+        assert!(refused.to_string().contains("controllers.force.damping"), "{refused}");
+    }
+}

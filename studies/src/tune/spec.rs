@@ -136,7 +136,7 @@ pub struct Spec {
     pub gain_limits: Vec<TuneLimit<String>>,
     /// Limits on gains that have a unit, as `(index in gain_limits, text)`. Only the file knows their units.
     #[serde(skip)]
-    with_units: Vec<(usize, String)>,
+    pub(super) with_units: Vec<(usize, String)>,
     /// The filters that are tuned beside the gains.
     pub parts: Vec<TunedPart>,
     /// The gains that are tuned individually. `None` scales those on errors together, and damping if there is
@@ -316,12 +316,13 @@ mod tests {
 
     #[test]
     fn truth_a_specification_is_read() {
+        use TuneMeasure::{DiskMargin, Overshoot, PhaseMargin, SettlingTime};
+
         let text = "phase margin >= 50 deg, gain  margin>=6.0206 dB, overshoot <= 10 %, ki >= 5, \
                     disk margin >= 0.7, \
                     structure = gains + notch, gains = kp+ki, settling time <= 80 ms";
         let spec = Spec::parse(text).unwrap();
         let bound = |of| spec.limits.iter().find(|limit| limit.of == of).unwrap().bound;
-        use TuneMeasure::{DiskMargin, Overshoot, PhaseMargin, SettlingTime};
         let found = [PhaseMargin, DiskMargin, Overshoot, SettlingTime].map(bound);
         assert_eq!(found.map(f64::to_bits), [50.0, 0.7, 0.1, 0.08].map(f64::to_bits));
         // 6.0206 dB are a factor of two within its last digit.
@@ -337,8 +338,8 @@ mod tests {
             assert_eq!((name, text), ("ki", "5 1/s"));
             Ok::<f64, ()>(7.0)
         });
-        let bounds: Vec<f64> = read.unwrap().gain_limits.iter().map(|limit| limit.bound).collect();
-        assert_eq!(bounds, [2.0, 7.0]);
+        let bounds: Vec<u64> = read.unwrap().gain_limits.iter().map(|limit| limit.bound.to_bits()).collect();
+        assert_eq!(bounds, [2.0, 7.0].map(f64::to_bits));
     }
 
     #[test]

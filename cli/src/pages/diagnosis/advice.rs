@@ -63,6 +63,7 @@ impl Advice {
 /// A diagnosis as programs read it: with the steps to take. The book shows the comments.
 #[derive(Serialize)]
 pub(crate) struct Advised<'a> {
+    /// The answer.
     #[serde(flatten)]
     diagnosis: &'a Diagnosis,
     /// Steps to take, in this order.
@@ -164,6 +165,8 @@ mod tests {
     /// An answer with one accepted cause that falls short of these conditions.
     fn answer(verdict: Verdict, conditions: &[Condition]) -> Diagnosis {
         let short = |condition: &Condition| Shortfall { condition: *condition, what: String::new() };
+        let mut adequacy = Adequacy::default();
+        adequacy.shortfalls = conditions.iter().map(short).collect();
         let found = Cause {
             kind: Kind::CoulombFriction,
             on: "springs.guide".into(),
@@ -176,7 +179,7 @@ mod tests {
         Diagnosis {
             verdict,
             gap: Gap::default(),
-            adequacy: Adequacy { shortfalls: conditions.iter().map(short).collect(), ..Adequacy::default() },
+            adequacy,
             places: Vec::new(),
             effects: vec![found],
             look_alikes: Vec::new(),

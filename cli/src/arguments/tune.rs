@@ -13,6 +13,7 @@ use clap::{Args, ValueHint};
     Clauses of --spec, with commas between them:\n  \
     phase margin >= 45 deg      by linear theory [default: 45 deg]\n  \
     gain margin >= 6 dB         by linear theory, up and down [default: 6 dB]\n  \
+    disk margin >= 0.7          by linear theory\n  \
     sensitivity <= 6 dB         peak, by linear theory\n  \
     step overshoot <= 20 %      of the linear step response\n  \
     overshoot <= 10 %           of the simulated force, impact included\n  \
@@ -20,7 +21,7 @@ use clap::{Args, ValueHint};
     settling time <= 200 ms     in simulation\n  \
     structure = gains+notch     gains, and filter, lead or notch\n  \
     gains = kp+damping          [default: error gains in fixed ratio, and damping]\n  \
-    ki >= 5                     limit of a gain in `gains`, SI\n  \
+    ki >= 5 1/s                 limit of a gain in `gains`; without a unit, SI\n  \
     controller = NAME           [default: the force controller]\n\n\
     Linear theory proposes the gains. The full simulation must come to rest and meet the limits in every \
     run.")]

@@ -16,6 +16,7 @@ use feeler_plant::effects::find;
 
 use crate::arguments::{Blind, BlindMake, BlindRun, BlindScore};
 use crate::numbers::count;
+use crate::pages::diagnosis::advice::Advised;
 use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Rate;
 use crate::terminal::table;
@@ -95,7 +96,7 @@ fn run_cases(arguments: &BlindRun) -> crate::Result<()> {
         // A case whose diagnosis fails counts as missed; the benchmark continues.
         let answered = match answer(arguments, case, &name) {
             Ok((answered, diagnosis)) => {
-                write("diagnosis.json", terminal::json(&diagnosis)?)?;
+                write("diagnosis.json", terminal::json(&Advised::of(&diagnosis))?)?;
                 answered
             }
             Err(error) => Answered { case: name, verdict: error.to_string(), ..Answered::default() },

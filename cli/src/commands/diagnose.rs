@@ -10,6 +10,7 @@ use feeler_files::{Commands, DatasetFile, Document, driven_to_toml, machine_to_t
 
 use crate::arguments::Diagnose;
 use crate::numbers::{fine_percent, percent};
+use crate::pages::diagnosis::advice::{Advice, Advised};
 use crate::pages::diagnosis::{self, WITH_EFFECTS, words};
 use crate::terminal::failure::{BadInput, Failure};
 use crate::terminal::progress::Steps;
@@ -29,7 +30,7 @@ pub(crate) fn run(arguments: &Diagnose) -> crate::Result<()> {
     let answer = Examination::within(dataset, budget, &|what| steps.at(what));
     steps.done();
     let answer = answer?;
-    let json = terminal::json(&answer.diagnosis)? + "\n";
+    let json = terminal::json(&Advised::of(&answer.diagnosis))? + "\n";
     let (machine, commands) = machine_file(&answer);
     let mut files = vec![
         ("diagnosis.json", json.clone()),
@@ -106,7 +107,7 @@ fn summary(answer: &Examination) -> String {
             table(&["", "cause", "on", "probability", "parameters (90 %)"], &[3], rows)
         );
     }
-    let advice = words::Advice::of(diagnosis);
+    let advice = Advice::of(diagnosis);
     said.push_str("\nWhat to do");
     for (i, step) in advice.steps.iter().enumerate() {
         let _ = write!(said, "\n  {}. {step}", i + 1);

@@ -67,6 +67,7 @@ fn figures(tuned: &Tuned, units: Units) -> Vec<Vec<String>> {
         row("bandwidth", &|f| with_unit(f.bandwidth_hz, "Hz")),
         row("phase margin", &|f| f.phase_margin_deg.map_or_else(none, |phase| format!("{phase:.1} deg"))),
         row("gain margin", &|f| f.gain_margin.map_or_else(none, decibels)),
+        row("disk margin", &|f| plain(f.disk_margin)),
         row("sensitivity peak", &|f| decibels(f.sensitivity)),
     ];
     let runs = &tuned.runs;

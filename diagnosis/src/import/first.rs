@@ -88,7 +88,7 @@ fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String, Op
         return as_stated;
     }
     let why = format!(
-        ", {} times those of the model: with these a loop lags by {} ms, but the position lags by {} ms",
+        ", {} times those of the model: a loop with those lags by {} ms, but the position lags by {} ms",
         short(share),
         short(1e3 * stated_s),
         short(1e3 * lag_s)

@@ -36,8 +36,8 @@ pub(super) struct Rows {
     /// Number of rows omitted at either end, and spacing of the kept rows.
     end: usize,
     kept: usize,
-    /// The measured command, row by row, low-passed at the corner for nonlinear terms. A limit would otherwise
-    /// clip the noise of a command that stays near it.
+    /// The measured command, row by row, low-passed at the corner for nonlinear terms. A limit would
+    /// otherwise clip the noise of a command that stays near it.
     command: Vec<f64>,
     measured_spacing_s: f64,
     /// The low-passed command.

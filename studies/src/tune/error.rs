@@ -62,7 +62,11 @@ pub(super) fn nothing_meets(spec: &Spec, nearest: Option<Figures>) -> TuneError 
             let gain_db =
                 figures.gain_margin.map_or("no end of".into(), |m| format!("{:.1} dB", 20.0 * m.log10()));
             let phase = figures.phase_margin_deg.map_or("any".into(), |phase| format!("{phase:.1} deg"));
-            format!("the nearest has a phase margin of {phase}, a gain margin of {gain_db}")
+            format!(
+                "the nearest has a phase margin of {phase}, a gain margin of {gain_db} and a disk margin of \
+                 {:.2}",
+                figures.disk_margin
+            )
         },
     );
     refused(

@@ -88,6 +88,25 @@ impl Knob {
     }
 }
 
+/// The leading gain of a controller that has every gain of the specification.
+pub(super) fn leading(base: &ControllerSpec, spec: &Spec) -> Result<&'static str, TuneError> {
+    let Some(leading) = leading_gain(base) else {
+        return Err(refused(
+            "the controller has no gains: its output is the reference",
+            "name another by --spec \"controller = NAME\"",
+        ));
+    };
+    let names = gain_names(&base.law);
+    let limited = spec.gain_limits.iter().map(|limit| &limit.of);
+    match spec.gains.iter().flatten().chain(limited).find(|name| !names.contains(&name.as_str())) {
+        Some(name) => Err(refused(
+            format!("--spec: the law {} has no gain `{name}`", base.law.name()),
+            format!("name one of {}", names.join(", ")),
+        )),
+        None => Ok(leading),
+    }
+}
+
 #[derive(Clone, Debug)]
 pub(super) struct Knobs {
     base: ControllerSpec,
@@ -97,23 +116,8 @@ pub(super) struct Knobs {
 impl Knobs {
     /// The knobs of a specification.
     pub(super) fn new(scenario: &Scenario, base: &ControllerSpec, spec: &Spec) -> Result<Self, TuneError> {
-        let names = gain_names(&base.law);
-        let known = names.join(", ");
-        let Some(leading) = leading_gain(base) else {
-            return Err(refused(
-                "the controller has no gains: its output is the reference",
-                "name another by --spec \"controller = NAME\"",
-            ));
-        };
-        let limited = spec.gain_limits.iter().map(|limit| &limit.of);
-        if let Some(name) = spec.gains.iter().flatten().chain(limited).find(|n| !names.contains(&n.as_str()))
-        {
-            let law = base.law.name();
-            return Err(refused(
-                format!("--spec: the law {law} has no gain `{name}`"),
-                format!("name one of {known}"),
-            ));
-        }
+        let known = gain_names(&base.law).join(", ");
+        let leading = leading(base, spec)?;
         let mut knobs = match &spec.gains {
             Some(gains) if gains.is_empty() => {
                 return Err(refused("--spec: `gains =` names none", format!("name some of {known}")));

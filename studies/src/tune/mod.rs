@@ -19,6 +19,7 @@ mod theory;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use feeler_analysis::gain;
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::Scenario;
 use feeler_files::{Document, Setting, assignment};
@@ -95,6 +96,8 @@ pub fn tune(
     let scenario = &document.scenario;
     let name = controller(scenario, spec)?;
     let base = &scenario.controllers[name.as_str()].spec;
+    knobs::leading(base, spec)?;
+    let spec = &spec.clone().in_si(|gain, text| gain_in_si(document, &name, gain, text))?;
     let knobs = Knobs::new(scenario, base, spec)?;
     let at_work = knobs.all_at_work();
     let with_step = spec.limits.iter().any(|limit| limit.of == TuneMeasure::StepOvershoot);
@@ -399,6 +402,30 @@ fn changes(name: &str, from: &ControllerSpec, to: &[ControllerSpec]) -> Vec<Vec<
     after.iter().map(words).collect()
 }
 
+/// Value of a gain that a text gives with its unit, SI.
+fn gain_in_si(document: &Document, controller: &str, name: &str, text: &str) -> Result<f64, TuneError> {
+    let key = format!("controllers.{controller}.{name}");
+    let with = document.with([(key.as_str(), Setting::Text(text.to_owned()))])?;
+    Ok(gain(&with.scenario.controllers[controller].spec, name)?)
+}
+
 fn setting(value: &str) -> Setting {
     value.parse().map_or_else(|_| Setting::Text(value.into()), Setting::Number)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn truth_a_limit_of_a_gain_has_the_unit_of_its_key() {
+        let scenarios = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"));
+        let document = Document::load(&scenarios.join("chatter/settles.toml")).unwrap();
+        let read = |text| gain_in_si(&document, "force", "damping", text);
+        assert_eq!(read("2 kN s/m").unwrap().to_bits(), 2000_f64.to_bits());
+        let refused = read("2 kg").unwrap_err();
+        assert!(refused.to_string().contains("controllers.force.damping"), "{refused}");
+    }
 }

@@ -13,6 +13,8 @@ pub enum TuneMeasure {
     PhaseMargin,
     /// Factor by which the gain may rise or fall.
     GainMargin,
+    /// Balanced disk margin: how far gain and phase may vary together.
+    DiskMargin,
     /// Largest modulus of the sensitivity.
     Sensitivity,
     /// How far the linear step response passes its final value, as a share of it.
@@ -32,13 +34,15 @@ const PERCENT: &[Unit] = &[("%", |x| x / 100.0), ("", |x| x)];
 const FORCE: &[Unit] = &[("N", |x| x), ("kN", |x| 1e3 * x), ("N m", |x| x), ("", |x| x)];
 const TIME: &[Unit] = &[("s", |x| x), ("ms", |x| 1e-3 * x), ("us", |x| 1e-6 * x), ("", |x| x)];
 const ANGLE: &[Unit] = &[("deg", |x| x), ("rad", f64::to_degrees), ("", |x| x)];
+const NUMBER: &[Unit] = &[("", |x| x)];
 const RATIO: &[Unit] = &[("dB", |x| 10.0_f64.powf(x / 20.0)), ("", |x| x)];
 
 impl TuneMeasure {
     /// Every measure: its name, its units, and whether it is to be at least the limit.
-    const ALL: [(Self, &'static str, &'static [Unit], bool); 7] = [
+    const ALL: [(Self, &'static str, &'static [Unit], bool); 8] = [
         (Self::PhaseMargin, "phase margin", ANGLE, true),
         (Self::GainMargin, "gain margin", RATIO, true),
+        (Self::DiskMargin, "disk margin", NUMBER, true),
         (Self::Sensitivity, "sensitivity", RATIO, false),
         (Self::StepOvershoot, "step overshoot", PERCENT, false),
         (Self::Overshoot, "overshoot", PERCENT, false),
@@ -55,6 +59,7 @@ impl TuneMeasure {
     fn never_is(self, bound: f64) -> Option<&'static str> {
         let (never, why) = match self {
             Self::PhaseMargin => (bound >= 180.0, "a phase margin is below 180 deg"),
+            Self::DiskMargin => (bound <= 0.0 || bound > 2.0, "a disk margin is above 0 and at most 2"),
             Self::Sensitivity => (bound <= 1.0, "a sensitivity peaks above 1, which is 0 dB"),
             Self::GainMargin | Self::PeakForce | Self::SettlingTime => (bound <= 0.0, "this is above zero"),
             Self::StepOvershoot | Self::Overshoot => (bound < 0.0, "an overshoot is never negative"),
@@ -66,6 +71,7 @@ impl TuneMeasure {
     pub(super) fn with_unit(self, value: f64, axis: Axis) -> String {
         match self {
             Self::PhaseMargin => format!("{} deg", plain(value)),
+            Self::DiskMargin => plain(value),
             Self::GainMargin | Self::Sensitivity => format!("{:.1} dB", 20.0 * value.log10()),
             Self::StepOvershoot | Self::Overshoot => format!("{} %", percent(value)),
             Self::PeakForce if axis == Axis::Rotational => with_unit(value, "N m"),
@@ -128,6 +134,9 @@ pub struct Spec {
     pub limits: Vec<TuneLimit<TuneMeasure>>,
     /// Limits on gains, by their names.
     pub gain_limits: Vec<TuneLimit<String>>,
+    /// Limits on gains that have a unit, as `(index in gain_limits, text)`. Only the file knows their units.
+    #[serde(skip)]
+    pub(super) with_units: Vec<(usize, String)>,
     /// The filters that are tuned beside the gains.
     pub parts: Vec<TunedPart>,
     /// The gains that are tuned individually. `None` scales those on errors together, and damping if there is
@@ -149,6 +158,7 @@ impl Default for Spec {
         Self {
             limits: DEFAULT_LIMITS.to_vec(),
             gain_limits: Vec::new(),
+            with_units: Vec::new(),
             parts: Vec::new(),
             gains: None,
             controller: None,
@@ -222,9 +232,11 @@ impl Spec {
         value: &str,
         at_least: bool,
     ) -> Result<Option<TuneMeasure>, Refusal> {
-        let end = value.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E') || c == '%');
-        let (number, unit) = value.split_at(end.unwrap_or(value.len()));
-        let Some(number) = number.trim().parse().ok().filter(|number: &f64| number.is_finite()) else {
+        let is_of_unit =
+            |c: char| c.is_whitespace() || c.is_alphabetic() && !matches!(c, 'e' | 'E') || c == '%';
+        let (number, unit) = value.split_at(value.find(is_of_unit).unwrap_or(value.len()));
+        let unit = unit.trim();
+        let Some(number) = number.parse().ok().filter(|number: &f64| number.is_finite()) else {
             return Err(refused(
                 clause,
                 &format!("`{value}` is not a number"),
@@ -233,11 +245,13 @@ impl Spec {
         };
         let Some((of, _, units, rises)) = TuneMeasure::ALL.iter().find(|(_, known, ..)| *known == name)
         else {
-            let is_gain = !name.is_empty() && !name.contains(' ') && unit.is_empty();
-            if !is_gain {
+            if name.is_empty() || name.contains(' ') || unit.contains('%') {
                 let known: Vec<&str> = TuneMeasure::ALL.iter().map(|(_, name, ..)| *name).collect();
-                let remedy = format!("limit {}, or a gain by its name, in SI units", known.join(", "));
+                let remedy = format!("limit {}, or a gain by its name", known.join(", "));
                 return Err(refused(clause, &format!("`{name}` cannot be limited to `{value}`"), &remedy));
+            }
+            if !unit.is_empty() {
+                self.with_units.push((self.gain_limits.len(), value.to_owned()));
             }
             self.gain_limits.push(TuneLimit { of: name.into(), at_least, bound: number });
             return Ok(None);
@@ -250,9 +264,11 @@ impl Spec {
                 &format!("write {name} {sign} {value}"),
             ));
         }
-        let Some((_, si)) = units.iter().find(|(known, _)| *known == unit.trim()) else {
+        let Some((_, si)) = units.iter().find(|(known, _)| *known == unit) else {
             let known: Vec<&str> = units.iter().map(|(unit, _)| *unit).filter(|u| !u.is_empty()).collect();
-            let remedy = format!("write the value in {}, or as a plain number", known.join(" or "));
+            let units =
+                if known.is_empty() { String::new() } else { format!("in {}, or ", known.join(" or ")) };
+            let remedy = format!("write the value {units}as a plain number");
             return Err(refused(clause, &format!("`{unit}` is not a unit of the {name}"), &remedy));
         };
         let bound = si(number);
@@ -265,6 +281,18 @@ impl Spec {
         self.limits.retain(|limit| limit.of != *of);
         self.limits.push(TuneLimit { of: *of, at_least, bound });
         Ok(Some(*of))
+    }
+
+    /// The specification with every limit of a gain in SI. `read` converts a text to the value of a gain.
+    ///
+    /// # Errors
+    /// A unit that the gain cannot have.
+    pub(super) fn in_si<E>(mut self, read: impl Fn(&str, &str) -> Result<f64, E>) -> Result<Self, E> {
+        for (index, text) in std::mem::take(&mut self.with_units) {
+            let limit = &mut self.gain_limits[index];
+            limit.bound = read(&limit.of, &text)?;
+        }
+        Ok(self)
     }
 
     /// The limits that linear theory decides, or those that a run does.
@@ -288,12 +316,15 @@ mod tests {
 
     #[test]
     fn truth_a_specification_is_read() {
+        use TuneMeasure::{DiskMargin, Overshoot, PhaseMargin, SettlingTime};
+
         let text = "phase margin >= 50 deg, gain  margin>=6.0206 dB, overshoot <= 10 %, ki >= 5, \
+                    disk margin >= 0.7, \
                     structure = gains + notch, gains = kp+ki, settling time <= 80 ms";
         let spec = Spec::parse(text).unwrap();
         let bound = |of| spec.limits.iter().find(|limit| limit.of == of).unwrap().bound;
-        let found = [TuneMeasure::PhaseMargin, TuneMeasure::Overshoot, TuneMeasure::SettlingTime].map(bound);
-        assert_eq!(found.map(f64::to_bits), [50.0, 0.1, 0.08].map(f64::to_bits));
+        let found = [PhaseMargin, DiskMargin, Overshoot, SettlingTime].map(bound);
+        assert_eq!(found.map(f64::to_bits), [50.0, 0.7, 0.1, 0.08].map(f64::to_bits));
         // 6.0206 dB are a factor of two within its last digit.
         assert!((bound(TuneMeasure::GainMargin) - 2.0).abs() < 1e-5);
         assert_eq!(spec.gain_limits, [TuneLimit { of: "ki".to_owned(), at_least: true, bound: 5.0 }]);
@@ -302,6 +333,13 @@ mod tests {
             (vec![TunedPart::Notch], vec!["kp".into(), "ki".into()])
         );
         assert_eq!(Spec::parse("").unwrap(), Spec::default());
+
+        let read = Spec::parse("kp <= 2, ki <= 5 1/s").unwrap().in_si(|name, text| {
+            assert_eq!((name, text), ("ki", "5 1/s"));
+            Ok::<f64, ()>(7.0)
+        });
+        let bounds: Vec<u64> = read.unwrap().gain_limits.iter().map(|limit| limit.bound.to_bits()).collect();
+        assert_eq!(bounds, [2.0, 7.0].map(f64::to_bits));
     }
 
     #[test]
@@ -314,6 +352,8 @@ mod tests {
             ("overshoot <= -3 %", "a value of the overshoot"),
             ("sensitivity <= 0 dB", "that a loop can have"),
             ("peak force <= 0 N", "that a loop can have"),
+            ("disk margin >= 3", "that a loop can have"),
+            ("disk margin >= 0.7 dB", "write the value as a plain number"),
             ("phase margin >= much", "a number"),
             ("colour <= 3 %", "limit phase margin"),
             ("structure = gains+magic", "gains+filter"),

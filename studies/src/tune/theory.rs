@@ -35,6 +35,8 @@ pub struct Figures {
     pub gain_margin: Option<f64>,
     /// Frequency at which the loop oscillates with that gain, Hz; `None` without one.
     pub gain_margin_hz: Option<f64>,
+    /// Balanced disk margin, 0 to 2.
+    pub disk_margin: f64,
     /// Largest modulus of the sensitivity.
     pub sensitivity: f64,
     /// Frequency of that modulus, Hz.
@@ -49,6 +51,7 @@ impl Figures {
         Some(match measure {
             TuneMeasure::PhaseMargin => self.phase_margin_deg.unwrap_or(f64::INFINITY),
             TuneMeasure::GainMargin => self.gain_margin.unwrap_or(f64::INFINITY),
+            TuneMeasure::DiskMargin => self.disk_margin,
             TuneMeasure::Sensitivity => self.sensitivity,
             TuneMeasure::StepOvershoot => self.step_overshoot?,
             TuneMeasure::Overshoot | TuneMeasure::PeakForce | TuneMeasure::SettlingTime => return None,
@@ -117,6 +120,7 @@ impl LinearPlant {
             phase_margin_deg: margins.phase_deg.map(f64::abs),
             gain_margin,
             gain_margin_hz: margins.gain_hz,
+            disk_margin: margins.disk,
             sensitivity: margins.sensitivity_peak,
             sensitivity_hz: margins.sensitivity_peak_hz,
             step_overshoot,

@@ -322,6 +322,8 @@ fn truth_what_cannot_be_met_is_refused_with_a_way_out() {
         ("peak force <= 1 N", " N, and 1 N is allowed", "slow the approach"),
         ("phase margin >= 179 deg, gain margin >= 200 dB", "no gains meet", "lower a limit"),
         ("gains = kq", "no gain `kq`", "name one of kp"),
+        ("kq <= 5 N", "no gain `kq`", "name one of kp"),
+        ("gains = kp+damping, damping <= 5 kg", "controllers.force.damping", "N s/m"),
         ("gains =", "names none", "name some of"),
         ("kp >= 5", "not tuned by itself", "gains = kp"),
         ("controller = arm", "no controller `arm`", "force"),

@@ -1,6 +1,7 @@
 //! The page of a diagnosis: the cause, its place, the certainty, and the next steps.
 
 mod adequacy;
+pub(crate) mod advice;
 mod charts;
 mod heat;
 mod portrait;
@@ -28,7 +29,7 @@ pub(crate) fn page(answer: &Examination) -> String {
     page.tiles(&tiles(answer, units));
     page.paragraph(&words::closed(diagnosis, answer.checks()));
     page.heading("What to do");
-    let advice = words::Advice::of(diagnosis);
+    let advice = advice::Advice::of(diagnosis);
     page.steps(&advice.steps);
     for remark in &advice.remarks {
         page.paragraph(remark);

@@ -1,8 +1,7 @@
 //! A diagnosis in plain words.
 
 use feeler_diagnosis::adequacy::Condition;
-use feeler_diagnosis::apart;
-use feeler_diagnosis::report::{Attempt, AttemptOutcome, Cause, Diagnosis, Estimate, MOST_ODDS, Verdict};
+use feeler_diagnosis::report::{Attempt, AttemptOutcome, Cause, Diagnosis, Estimate, Verdict};
 
 use super::adequacy;
 use crate::numbers::{percent, plain, with_unit};
@@ -42,6 +41,9 @@ fn cause(diagnosis: &Diagnosis) -> String {
             }
             None if is_limited(diagnosis) => {
                 format!("{found} explain{s} the gap beside a believed value at the limit of its tolerance.")
+            }
+            None if is_only_early(diagnosis) => {
+                format!("{found} explain{s} the gap, but the time ended before all causes were tried.")
             }
             None => format!(
                 "{found} explain{s} the gap, but these records cannot separate the cause from its rivals."
@@ -90,18 +92,28 @@ fn cause(diagnosis: &Diagnosis) -> String {
 }
 
 /// Whether believed values at the limits of their tolerances are the only doubt.
-fn is_limited(diagnosis: &Diagnosis) -> bool {
+pub(super) fn is_limited(diagnosis: &Diagnosis) -> bool {
     let shortfalls = &diagnosis.adequacy.shortfalls;
-    let has_rival =
-        !diagnosis.look_alikes.is_empty() || diagnosis.effects.iter().any(|effect| !effect.accepted);
     let is_of_tolerance = |condition: Condition| condition == Condition::Tolerance;
-    !has_rival
+    !has_rival(diagnosis)
         && !shortfalls.is_empty()
         && shortfalls.iter().all(|shortfall| is_of_tolerance(shortfall.condition))
 }
 
+/// Whether causes were left untried, and none of those that were tried is a rival.
+pub(super) fn is_only_early(diagnosis: &Diagnosis) -> bool {
+    let is_rival = |condition: Condition| condition == Condition::Rivals;
+    diagnosis.adequacy.has_untried()
+        && !has_rival(diagnosis)
+        && !diagnosis.adequacy.shortfalls.iter().any(|shortfall| is_rival(shortfall.condition))
+}
+
+fn has_rival(diagnosis: &Diagnosis) -> bool {
+    !diagnosis.look_alikes.is_empty() || diagnosis.effects.iter().any(|effect| !effect.accepted)
+}
+
 /// Whether an answer without a gap leaves an error that is too small to name its cause.
-fn is_slight(diagnosis: &Diagnosis) -> bool {
+pub(super) fn is_slight(diagnosis: &Diagnosis) -> bool {
     let is_rest = |condition| matches!(condition, Condition::Left | Condition::Residual);
     diagnosis.adequacy.shortfalls.iter().any(|shortfall| is_rest(shortfall.condition))
 }
@@ -199,120 +211,6 @@ pub(crate) fn parameters(cause: &Cause) -> String {
         .join(", ")
 }
 
-/// Recommendations from the answer.
-pub(crate) struct Advice {
-    /// Steps to take, in this order; a sentence or two each.
-    pub(crate) steps: Vec<String>,
-    /// Limits of the answer, a sentence each.
-    pub(crate) remarks: Vec<String>,
-}
-
-impl Advice {
-    pub(crate) fn of(diagnosis: &Diagnosis) -> Self {
-        let correct = |fault: &String| format!("Correct the records: {fault}.");
-        let mut steps: Vec<String> = diagnosis.contradictions.iter().map(correct).collect();
-        if !steps.is_empty() {
-            steps.push("Diagnose again. Only if the corrected records agree, do what follows.".into());
-        }
-        steps.extend(to_do(diagnosis));
-        let mut remarks = adequacy::reasons(&diagnosis.adequacy);
-        for [a, b] in &diagnosis.look_alikes {
-            if diagnosis.verdict == Verdict::UnknownCause {
-                remarks.push(format!(
-                    "{a} and {b} look alike in these records. Neither explains them, so separating them \
-                     would not find the cause."
-                ));
-                continue;
-            }
-            remarks.push(format!("{a} and {b} look alike in these records."));
-            if diagnosis.next_experiment.is_none() {
-                match apart(*a, *b) {
-                    Some(what) => steps.push(format!("To separate {a} from {b}, {what}.")),
-                    None => remarks.push(format!(
-                        "No known command separates {a} from {b} within the travel and speed of these \
-                         records."
-                    )),
-                }
-            }
-        }
-        remarks.extend(diagnosis.left.iter().map(|left| format!("Still unexplained: {left}.")));
-        if let Some(next) = &diagnosis.next_experiment {
-            steps.push(format!(
-                "Next experiment: {} It separates {} from {}, with expected odds of {}; the command is in \
-                 next-experiment.csv.",
-                sentence(&next.what),
-                next.separates[0],
-                next.separates[1],
-                odds(next.expected_odds)
-            ));
-        }
-        Self { steps, remarks }
-    }
-}
-
-/// Recommendations for the machine.
-fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
-    let words = match diagnosis.verdict {
-        Verdict::Explained => {
-            let found = diagnosis.effects.iter().filter(|effect| effect.accepted);
-            let inspect = |cause: &Cause| {
-                format!(
-                    "On the real machine, inspect {} for {}, {}.",
-                    cause.on,
-                    cause.kind,
-                    parameters(cause)
-                )
-            };
-            let simulate = "Simulate with the repaired machine.toml.".to_owned();
-            return std::iter::once(simulate).chain(found.map(inspect)).collect();
-        }
-        Verdict::Ambiguous if is_limited(diagnosis) => {
-            "Correct the believed value named below, or state a wider tolerance, and diagnose again."
-        }
-        Verdict::Ambiguous | Verdict::NotIdentifiable => {
-            match (&diagnosis.next_experiment, diagnosis.look_alikes.is_empty()) {
-                (Some(_), _) => {
-                    "Run the experiment below and diagnose again. Until then machine.toml is one of several \
-                     that fit."
-                }
-                (None, true) => {
-                    "Record with more excitation and diagnose again. Until then machine.toml is one of \
-                     several that fit."
-                }
-                (None, false) => {
-                    "Simulate with machine.toml: it predicts these records as well as its rivals would. Do \
-                     not rely on its cause before an experiment separates them."
-                }
-            }
-        }
-        Verdict::UnknownCause if diagnosis.adequacy.has_untried() => {
-            "Diagnose again with a larger --budget, or with --budget unlimited. Until then do not rely on a \
-             cause."
-        }
-        Verdict::UnknownCause => {
-            "Inspect the first place and the shape of the missing force there. No value in the machine file \
-             removes it."
-        }
-        Verdict::NoGap if is_slight(diagnosis) => "Use the calibrated values of machine.toml.",
-        Verdict::NoGap => "Use the calibrated values of machine.toml. There is no further cause to find.",
-    };
-    let table = diagnosis.table.as_ref().map(|table| {
-        format!(
-            "Until the cause is known, simulate with machine.toml. A table of the force over {} on {} stands \
-             in for it, and closes {} % of the gap on the check experiments.",
-            table.over,
-            table.on,
-            percent(table.closed)
-        )
-    });
-    std::iter::once(words.to_owned()).chain(table).collect()
-}
-
-/// Odds against one, capped at a million.
-fn odds(odds: f64) -> String {
-    if odds >= MOST_ODDS { "more than a million to 1".into() } else { format!("{} to 1", plain(odds)) }
-}
-
 /// The text with a capital letter at its start and a full stop at its end.
 pub(crate) fn sentence(text: &str) -> String {
     let text = text.trim_end_matches('.');
@@ -320,15 +218,4 @@ pub(crate) fn sentence(text: &str) -> String {
     letters
         .next()
         .map_or_else(String::new, |first| first.to_uppercase().chain(letters).chain(['.']).collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn truth_odds_that_are_cut_off_are_no_figure() {
-        assert_eq!(odds(1e6), "more than a million to 1");
-        assert_eq!(odds(12.5), "12.5 to 1");
-    }
 }

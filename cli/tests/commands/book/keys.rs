@@ -43,8 +43,13 @@ pub(crate) fn rows(shape: &Shape, heading: &str, shown: &mut Shown) -> Vec<Vec<S
 
 fn add(fields: &[Field], path: &str, shown: &mut Shown, found: &mut Vec<Vec<String>>) {
     for field in fields {
-        if let (true, Shape::Object(id, _)) = (field.is_flat, &field.shape) {
-            let key = format!("every key of `{}`", shown[id]);
+        if let (true, Shape::Object(id, fields)) = (field.is_flat, &field.shape) {
+            // A type that has no table of its own is part of this one.
+            let Some(table) = shown.get(id) else {
+                add(fields, path, shown, found);
+                continue;
+            };
+            let key = format!("every key of `{table}`");
             found.push(vec![key, String::new(), String::new(), field.text.clone()]);
             continue;
         }

@@ -106,9 +106,12 @@ fn assert_bounded(folder: &Path, name: &str, bytes: &[u8]) {
     assert!(memory as f64 <= most, "{name}: {memory} bytes of memory, more than {most}");
     // Less is a count that does not work.
     assert!(memory as f64 > 0.5 * NUMBERS as f64, "{name}: {memory} bytes of memory");
-    let most = MOST_READ * bytes.len() as f64 + (1 << 20) as f64;
+    let most = MOST_READ * bytes.len() as f64 + f64::from(1 << 20);
     assert!(read as f64 <= most && read >= bytes.len() as u64, "{name}: read {read}, {}", bytes.len());
 }
+
+/// A log of one format.
+type Written = fn() -> Vec<u8>;
 
 #[test]
 fn truth_a_long_log_is_read_once_and_held_once() {
@@ -117,8 +120,7 @@ fn truth_a_long_log_is_read_once_and_held_once() {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
-    let kinds: [(&str, fn() -> Vec<u8>); 3] =
-        [("a.csv", csv), ("a.parquet", parquet_table), ("a.mcap", mcap_log)];
+    let kinds: [(&str, Written); 3] = [("a.csv", csv), ("a.parquet", parquet_table), ("a.mcap", mcap_log)];
     for (name, made) in kinds {
         assert_bounded(folder.path(), name, &made());
     }

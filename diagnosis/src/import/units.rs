@@ -103,11 +103,11 @@ pub(super) fn stated(role: Role, column: &Column) -> Result<Reasoned, String> {
     // `_deg`, `_mm`, `_rad_s`, `_deg_per_s`: the longest end that is a unit of this quantity.
     let parts: Vec<&str> = name.trim_end_matches(']').split('_').collect();
     let ends = (1..parts.len().min(4)).rev().map(|count| &parts[parts.len() - count..]);
-    let spoken = ends.map(|end| match end {
+    let mut spoken = ends.map(|end| match end {
         [before, "per", after] => format!("{before}/{after}"),
         _ => end.join("/"),
     });
-    let found = spoken.filter_map(|text| column_unit(&text, kinds).ok()).next();
+    let found = spoken.find_map(|text| column_unit(&text, kinds).ok());
     Ok(found.and_then(|unit| guess(unit, role, STATED_BY_NAME)))
 }
 

@@ -46,6 +46,28 @@ struct Joint {
     seen: Seen,
 }
 
+/// Fits the units of a joint's columns to the axis of its model, and returns the assumptions. `believed` says
+/// whether the model's joint moves along a line.
+///
+/// # Errors
+/// If a stated unit contradicts the axis of a given machine.
+fn fit_axis(
+    guess: &mut Guess,
+    options: &Options,
+    given: Option<&First>,
+    believed: Option<bool>,
+) -> Result<Vec<String>, DiagnosisError> {
+    let axis = given.map(|given| given.is_straight);
+    if let (Some(is_straight), Some(Model::Machine(file))) = (axis, &options.model)
+        && let Some(reason) = guess.stated_against(is_straight)
+    {
+        let remedy = "name a machine with the `axis` of this joint, or correct the unit of the column";
+        return Err(DiagnosisError::Unreadable { file: file.clone(), reason, remedy });
+    }
+    let fitted = axis.or(believed).map(|is_straight| guess.fit_axis(is_straight));
+    Ok(fitted.into_iter().flatten().collect())
+}
+
 impl Writer {
     /// Selects joints from the first run. `None` while none has a target and a position.
     pub(super) fn new(survey: &Survey, options: &Options) -> Result<Option<Self>, DiagnosisError> {
@@ -78,18 +100,8 @@ impl Writer {
                 _ => None,
             };
             let mut guess = (*guess).clone();
-            let mut assumptions = Vec::new();
-            let axis = given.as_ref().map(|given| given.is_straight);
-            if let (Some(is_straight), Some(Model::Machine(file))) = (axis, &options.model)
-                && let Some(reason) = guess.stated_against(is_straight)
-            {
-                let remedy =
-                    "name a machine with the `axis` of this joint, or correct the unit of the column";
-                return Err(DiagnosisError::Unreadable { file: file.clone(), reason, remedy });
-            }
-            if let Some(is_straight) = axis.or_else(|| Some(belief.as_ref()?.0.is_straight)) {
-                assumptions.extend(guess.fit_axis(is_straight));
-            }
+            let believed = belief.as_ref().map(|(belief, _)| belief.is_straight);
+            let mut assumptions = fit_axis(&mut guess, options, given.as_ref(), believed)?;
             match (&belief, &beliefs) {
                 (Some((belief, why)), beliefs) => {
                     assumptions

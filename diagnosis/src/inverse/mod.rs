@@ -215,7 +215,7 @@ impl Inverse {
         let grids: Vec<Vec<f64>> = shown.iter().map(|shown| (shown.shapes)(&self.extent)).collect();
         let shapes = grids.iter().map(|grid| grid[grid.len() / 2]).collect();
         let mut shaped = Shaped { causes, shown, shapes };
-        let moving = self.moving(&self.fitted);
+        let moving = Self::moving(&self.fitted);
         let mut best = f64::INFINITY;
         for _ in 0..if causes.len() > 1 { ROUNDS } else { 1 } {
             for (i, grid) in grids.iter().enumerate().filter(|(_, grid)| grid.len() > 1) {
@@ -249,14 +249,14 @@ impl Inverse {
     /// the less exact near a reversal the larger it is. A law that replaces friction by a function of the
     /// command, such as a limit, would gain there without being true.
     fn nats_while_moving(&self, old: &Shaped<'_>, new: (&Shaped<'_>, Option<Family>)) -> Option<f64> {
-        let moving = self.moving(&self.checked);
+        let moving = Self::moving(&self.checked);
         let left = |(shaped, smooth)| Some(mean_where(&self.squares(shaped, smooth)?, &moving));
         let share = moving.iter().filter(|moves| **moves).count() as f64 / moving.len().max(1) as f64;
         Some(share * self.nats(left((old, None))?, left(new)?))
     }
 
     /// Whether the guide clearly moves in one direction, for every kept row.
-    fn moving(&self, rows: &[Rows]) -> Vec<bool> {
+    fn moving(rows: &[Rows]) -> Vec<bool> {
         let of = |rows: &Rows| rows.thin(&rows.of_motion(0.0, |at| at.direction));
         rows.iter().flat_map(of).map(|direction| direction.abs() > CLEARLY).collect()
     }

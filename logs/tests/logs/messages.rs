@@ -46,7 +46,9 @@ fn truth_values_of_a_dynamic_joint_state_have_the_names_of_joint_and_interface()
         for joint in 0..2 {
             message.texts(&["position", "effort"]);
             message.count(2);
-            [0.0, 0.5].iter().for_each(|of| message.put(&(f64::from(10 * joint + k) + of).to_le_bytes()));
+            for of in [0.0, 0.5] {
+                message.put(&(f64::from(10 * joint + k) + of).to_le_bytes());
+            }
         }
         let (log_time, publish_time) = (u64::from(k) * 1_000_000, 0);
         let header =

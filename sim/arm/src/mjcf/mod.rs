@@ -207,7 +207,7 @@ impl<'a> Model<'a, '_> {
                     self.remarks.check(inner, tag)?;
                     let at = around.at * place(inner, &self.angles, &|name: &str| inner.attribute(name))?;
                     let class = inner.attribute("childclass").unwrap_or(around.class);
-                    self.children(inner, parent, Around { at, class, depth, ..around })?;
+                    self.children(inner, parent, Around { class, at, depth, ..around })?;
                 }
                 _ => {}
             }

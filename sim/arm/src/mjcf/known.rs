@@ -209,7 +209,7 @@ const REMARKED: [(&str, &str, &str, &str); 12] = [
     ("joint", "stiffness", "0", "state it as `stiffness` of the bearing"),
     ("joint", "solreffriction", "0.02 1", "dry friction holds without creep"),
     ("joint", "solimpfriction", "0.9 0.95 0.001 0.5 2", "dry friction holds without creep"),
-    ("position", "timeconst", "0", "state the lag as an `actuator-lag` of the servo"),
+    ("position", "timeconst", "0", "state the lag as an effect of the servo"),
     ("position", "interp", "zoh", "the late target is that of a row"),
     ("general", "interp", "zoh", "the late target is that of a row"),
     ("motor", "interp", "zoh", "the late command is that of a row"),

@@ -86,7 +86,7 @@ fn truth_an_inertial_counts_before_shapes_unless_the_compiler_says_otherwise() {
         Mjcf::parse(&text).expect("a model").tree.chain("b").expect("a chain").joints[0].inertial.mass_kg
     };
     let found = ["", "inertiafromgeom='false'", "inertiafromgeom='true'"].map(mass);
-    // The numbers stand in the text.
+    // The text has the same numbers.
     assert!(found.into_iter().zip([3.0, 3.0, 5.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
 }
 

@@ -19,6 +19,7 @@ pub(crate) mod reduce;
 pub(crate) mod replay;
 pub(crate) mod run;
 mod run_arm;
+mod run_folder;
 pub(crate) mod schema;
 pub(crate) mod sweep;
 mod swept;

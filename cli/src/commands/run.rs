@@ -10,6 +10,7 @@ use feeler_studies::doubts;
 use feeler_studies::run::{self, Outcome, RunError, RunResult, Summary, write_csv, write_parquet};
 
 use super::run_arm;
+use super::run_folder::{folder, settings};
 use crate::arguments::Run;
 use crate::numbers::{percent, plain, split, with_unit};
 use crate::terminal::failure::BadInput;
@@ -125,19 +126,6 @@ fn word_on_energies(arguments: &Run, summary: &Summary) -> &'static str {
     }
     "\nThe energies are left out: powers would have to be followed through every oscillation of the \
      fastest motion.\n"
-}
-
-/// The settings of a command, its other options as settings included.
-fn settings(arguments: &Run) -> Vec<String> {
-    let integrator = arguments.integrator.iter().map(|integrator| format!("run.integrator={integrator}"));
-    let engine = arguments.engine.iter().map(|engine| format!("run.engine={engine}"));
-    arguments.settings.iter().cloned().chain(integrator).chain(engine).collect()
-}
-
-/// The folder of the results, by default one for each set of settings.
-pub(super) fn folder(arguments: &Run, name: &str) -> PathBuf {
-    let otherwise = || terminal::results::variant(name, &settings(arguments), "run");
-    arguments.out.clone().unwrap_or_else(otherwise)
 }
 
 fn read(arguments: &Run) -> crate::Result<Draft> {

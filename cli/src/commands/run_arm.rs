@@ -21,7 +21,7 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> crate::Result<()> {
         ));
     }
     let file = CellFile::build(draft)?;
-    let folder = super::run::folder(arguments, &file.name);
+    let folder = super::run_folder::folder(arguments, &file.name);
     terminal::make_folder(&folder)?;
     let mut progress = Progress::new(file.name.clone());
     let result = run_cell(&file, &mut |at| progress.at(at.t_s / at.duration_s));

@@ -6,6 +6,7 @@
 //! modes.
 
 mod base;
+mod family;
 mod rows;
 mod smooth;
 mod solve;
@@ -15,7 +16,7 @@ pub(crate) use base::Part;
 use rows::{Measured, Rows, corner_hz};
 use solve::{Term, solve, sum};
 
-use smooth::Family;
+use family::Family;
 pub(crate) use smooth::Smooth;
 
 use crate::dataset::{Channel, Dataset, Record};

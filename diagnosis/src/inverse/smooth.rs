@@ -4,6 +4,7 @@
 use feeler_plant::effects::Place;
 
 use super::Inverse;
+use super::family::Family;
 use super::rows::Rows;
 use super::solve::Term;
 use crate::fit::candidates::Candidate;
@@ -12,27 +13,6 @@ use crate::fit::candidates::Candidate;
 const NODES: usize = 9;
 /// Time constants of a force that fades while a guide warms, as shares of the recorded time.
 const FADES: [f64; 2] = [0.05, 0.2];
-
-/// The quantities on which a smooth force depends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Family {
-    /// Position, speed and direction, as polynomials of low degree, with friction that drifts evenly.
-    Motion,
-    /// Position and direction in detail, as at a tight spot.
-    Places,
-    /// Time and direction, as in a guide that warms.
-    Time,
-    /// The command.
-    Command,
-}
-
-impl Family {
-    const ALL: [Self; 4] = [Self::Motion, Self::Places, Self::Time, Self::Command];
-
-    fn place(self) -> Place {
-        if self == Self::Command { Place::Drive } else { Place::Guide }
-    }
-}
 
 /// A smooth force in addition to some causes.
 #[derive(Clone, Copy, Debug)]

@@ -1,5 +1,6 @@
 //! Logs as robots write them, sound and broken.
 
+mod bounds;
 mod broken;
 mod messages;
 mod real_writers;

@@ -5,7 +5,7 @@ use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, Axis, Contact, Quantity, Sensor};
 use feeler_problem::Problem;
 
-use super::contact::apart_m;
+use super::distance::apart_m;
 use crate::numbers::{two_digits, with_unit};
 use crate::run::ForceLoop;
 

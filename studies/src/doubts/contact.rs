@@ -1,10 +1,11 @@
 //! Contacts that cannot do what the reference asks, that overlap at the start or are far apart.
 
 use feeler_engine::Scenario;
-use feeler_plant::description::{Axis, Contact, ContactLaw, Engagement, Machine};
+use feeler_plant::description::{Axis, Contact, ContactLaw, Engagement};
 use feeler_problem::Problem;
 
 use super::asked::Asked;
+use super::distance::apart_m;
 use crate::numbers::with_unit;
 
 /// Largest plausible depth to which a tool sinks into its workpiece, m: a thick foam yields as much.
@@ -90,11 +91,4 @@ pub(super) fn gaps(scenario: &Scenario) -> Vec<Problem> {
         }
     }
     found
-}
-
-/// Distance between the bodies of a contact at the start, negative if they overlap.
-pub(super) fn apart_m(machine: &Machine, contact: &Contact) -> f64 {
-    let starts_at = |name: &String| machine.bodies.get(name).map_or(0.0, |body| body.position_m);
-    let [from, to] = &contact.between;
-    contact.gap_m - (starts_at(from) - starts_at(to))
 }

@@ -2,6 +2,7 @@
 
 mod asked;
 mod contact;
+mod distance;
 mod gains;
 mod timing;
 

@@ -6,6 +6,9 @@ use serde::Serialize;
 use super::change::{ChatterCause, Counterfactual};
 use crate::run::{Measured, Outcome, Undecided, nothing_can_touch};
 
+/// Largest number of changes that are tried together.
+pub(super) const LARGEST_SET: usize = 3;
+
 /// The findings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Explanation {

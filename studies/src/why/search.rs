@@ -8,13 +8,10 @@ use rayon::prelude::*;
 use super::change::{
     ChatterCause, Counterfactual, SLOWER, SLOWER_STILL, arriving_later, first_contact_s, slow_down,
 };
-use super::explanation::{Explanation, Lift, Trial, is_cured, is_troubled};
+use super::explanation::{Explanation, LARGEST_SET, Lift, Trial, is_cured, is_troubled};
 use super::words::{beside, nothing_to_explain, sentence};
 use super::{linear, remedy};
 use crate::run::{Candidate, Measured, Outcome, RunError};
-
-/// Largest number of changes that are tried together.
-pub(super) const LARGEST_SET: usize = 3;
 
 /// Largest extension of a run with a slower approach, as a multiple of the scenario's duration.
 const MOST_LONGER: f64 = 8.0;

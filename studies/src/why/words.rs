@@ -3,9 +3,8 @@
 use feeler_engine::Scenario;
 
 use super::change::ChatterCause;
-use super::explanation::{Explanation, Lift, in_contact};
+use super::explanation::{Explanation, LARGEST_SET, Lift, in_contact};
 use super::linear;
-use super::search::LARGEST_SET;
 use crate::numbers::{plain, two_digits};
 use crate::run::{Measured, Outcome, Summary, nothing_can_touch};
 

@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::JointBelief;
+use super::belief::JointBelief;
 use super::known::ACTUATORS;
 use super::read::{Remarks, exactly, numbers_of};
 use crate::error::ArmError;

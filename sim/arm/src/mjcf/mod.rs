@@ -1,6 +1,7 @@
 //! MJCF models of MuJoCo: the same tree of links and joints as in a URDF, and the author's parameters of each
 //! joint and its actuator.
 
+mod belief;
 mod classes;
 mod drive;
 mod known;
@@ -17,6 +18,7 @@ use crate::chain::{Inertial, Joint, JointKind};
 use crate::error::ArmError;
 use crate::urdf::{Described, Link, Urdf};
 use crate::xml::{child, line_of, wrong};
+pub use belief::JointBelief;
 use classes::{Classes, MAIN};
 use known::Use;
 use mass::FromShapes;
@@ -35,26 +37,6 @@ pub struct Mjcf {
     pub joints: Vec<JointBelief>,
     /// Attributes and elements that change motions but are not read, a sentence each with its line.
     pub remarks: Vec<String>,
-}
-
-/// The author's parameters of a joint and of the loop that drives it; SI.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct JointBelief {
-    pub name: String,
-    /// The link that it moves.
-    pub link: String,
-    /// Inertia (or mass) of rotor and gear, as seen at the joint.
-    pub armature: f64,
-    /// Viscous friction.
-    pub damping: f64,
-    pub friction: f64,
-    /// Effort per position error of its position actuator.
-    pub kp: Option<f64>,
-    /// Effort per speed of that actuator.
-    pub kd: f64,
-    pub effort_limit: Option<f64>,
-    /// Delay of a command, s.
-    pub delay_s: f64,
 }
 
 struct Model<'a, 'i> {

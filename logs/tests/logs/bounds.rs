@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io::{Cursor, Write as _};
 use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
 
 use parquet::data_type::DoubleType;
@@ -119,6 +120,18 @@ fn truth_a_long_log_is_read_once_and_held_once() {
         let _ = writeln!(std::io::stderr(), "skipped: memory is counted on Linux alone");
         return;
     }
+    let own = std::env::current_exe().expect("a program");
+    let said = Command::new(own).args(["--exact", COUNTED, "--ignored"]).output().expect("it runs");
+    let text = String::from_utf8_lossy(&said.stdout);
+    assert!(said.status.success() && text.contains("1 passed"), "{text}");
+}
+
+/// The test that runs in a process of its own.
+const COUNTED: &str = "bounds::prop_bytes_and_memory_of_this_process_are_bounded";
+
+#[test]
+#[ignore = "counts for a whole process: another test starts it in one of its own"]
+fn prop_bytes_and_memory_of_this_process_are_bounded() {
     let folder = tempfile::tempdir().expect("a folder");
     let kinds: [(&str, Written); 3] = [("a.csv", csv), ("a.parquet", parquet_table), ("a.mcap", mcap_log)];
     for (name, made) in kinds {

@@ -162,7 +162,7 @@ impl Reader {
                 let is_there =
                     if needed == "network" { has_network() } else { self.folder().join(needed).exists() };
                 runs &= is_there;
-                if !runs {
+                if !is_there {
                     say_skipped(&format!("{}:{}: no {needed}", self.page, block.line));
                 }
                 continue;

@@ -1,4 +1,4 @@
-//! What the author of a model believes about a joint.
+//! Parameters of a joint as the author of a model believes them.
 
 /// The author's parameters of a joint and of the loop that drives it; SI.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -75,7 +75,7 @@ pub(crate) fn assess(
         short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
     }
     // Causes that remove little of the error do not show its place. A balance without them may.
-    let alone = || balance::beyond(judge, calibrated, &criteria).filter(|_| removes_little);
+    let alone = || if removes_little { balance::beyond(judge, calibrated, &criteria) } else { None };
     Adequacy {
         criteria,
         horizons,

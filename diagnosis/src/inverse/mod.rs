@@ -50,8 +50,11 @@ pub(crate) struct Inverse {
     pub(crate) weight: f64,
     /// Whether the command has measurement noise. It accumulates in predictions, but not in a balance.
     pub(crate) is_noisy: bool,
-    /// Mean square residual of the calibrated machine on the check experiments.
-    alone: f64,
+    /// Whether the guide clearly moves in one direction, for every kept row of the fitted and of the check
+    /// experiments.
+    moving: [Vec<bool>; 2],
+    /// Square residuals of the calibrated machine on the check experiments.
+    alone: Vec<f64>,
 }
 
 /// Trial presliding distances of guides, as shares of the stroke.
@@ -135,11 +138,14 @@ impl Inverse {
             fitted.iter().filter_map(|rows| rows.times_s().first().copied()).fold(f64::MAX, f64::min);
         let span_s = (ends.fold(from_s, f64::max) - from_s).max(f64::MIN_POSITIVE);
         let (weight, is_noisy) = (weight(dataset), is_noisy(dataset));
+        // Known once the presliding distance is.
+        let (moving, alone) = Default::default();
         let mut inverse =
-            Self { base, fitted, checked, extent, from_s, span_s, weight, is_noisy, alone: f64::NAN };
+            Self { base, fitted, checked, extent, from_s, span_s, weight, is_noisy, moving, alone };
         inverse.turn();
-        inverse.alone = inverse.left(&NOTHING, None)?;
-        (inverse.alone > 0.0).then_some(inverse)
+        inverse.moving = [&inverse.fitted, &inverse.checked].map(|rows| moving_in(rows));
+        inverse.alone = inverse.squares(&NOTHING, None)?;
+        (mean(&inverse.alone) > 0.0).then_some(inverse)
     }
 
     /// Finds the presliding distance of guides: the trial distance with the smallest residual of the believed
@@ -185,20 +191,20 @@ impl Inverse {
     /// Root mean square of the missing force over the drive force on the check experiments: with the believed
     /// machine alone, and with the causes.
     pub(crate) fn missing(&self, causes: &[Candidate]) -> Option<[f64; 2]> {
-        let left = self.left(&self.shaped(causes)?, None)?;
-        Some([self.alone, left].map(|left| left.sqrt() / self.drive_force()))
+        let left = self.squares(&self.shaped(causes)?, None)?;
+        Some([&self.alone, &left].map(|left| mean(left).sqrt() / self.drive_force()))
     }
 
     /// Balances a set of causes; `None` if the balance does not involve one of them.
     pub(crate) fn weigh(&self, causes: &[Candidate]) -> Option<Balanced> {
         let shaped = self.shaped(causes)?;
-        let left = self.left(&shaped, None)?;
+        let left = self.squares(&shaped, None)?;
         let (terms, target) = self.balance(&self.fitted, &shaped, None);
         let coefficients = solve(&terms, &target)?;
         let unknowns: usize = causes.iter().map(|cause| cause.definition.parameters.len()).sum();
-        let mut nats = self.nats(self.alone, left);
+        let mut nats = nats(&self.alone, &left);
         if shaped.clips() {
-            nats = nats.min(self.nats_while_moving(&NOTHING, (&shaped, None))?);
+            nats = nats.min(self.nats_while_moving(&self.alone, &left));
         }
         Some(Balanced {
             nats: nats - PER_UNKNOWN * unknowns as f64,
@@ -216,7 +222,7 @@ impl Inverse {
         let grids: Vec<Vec<f64>> = shown.iter().map(|shown| (shown.shapes)(&self.extent)).collect();
         let shapes = grids.iter().map(|grid| grid[grid.len() / 2]).collect();
         let mut shaped = Shaped { causes, shown, shapes };
-        let moving = Self::moving(&self.fitted);
+        let [moving, _] = &self.moving;
         let mut best = f64::INFINITY;
         for _ in 0..if causes.len() > 1 { ROUNDS } else { 1 } {
             for (i, grid) in grids.iter().enumerate().filter(|(_, grid)| grid.len() > 1) {
@@ -226,7 +232,7 @@ impl Inverse {
                     let (terms, target) = self.balance(&self.fitted, &shaped, None);
                     let squares = |x: Vec<f64>| {
                         let squares = squares(&terms, &x, &target);
-                        if shaped.clips() { mean_where(&squares, &moving) } else { mean(&squares) }
+                        if shaped.clips() { mean_where(&squares, moving) } else { mean(&squares) }
                     };
                     let left = solve(&terms, &target).map_or(f64::INFINITY, squares);
                     if left < best {
@@ -239,27 +245,13 @@ impl Inverse {
         Some(shaped)
     }
 
-    /// Evidence of the check experiments for a residual `new` against a residual `old`, both mean squares.
-    fn nats(&self, old: f64, new: f64) -> f64 {
-        let rows: usize = self.checked.iter().map(|rows| rows.thin(&rows.speed).len()).sum();
-        let independent = rows as f64 / ROWS_PER_INDEPENDENT;
-        0.5 * independent * (old.max(f64::MIN_POSITIVE) / new.max(f64::MIN_POSITIVE)).ln()
-    }
-
-    /// Evidence as [`Self::nats`], of the rows in which the guide clearly moves in one direction. Friction is
+    /// Evidence as [`nats`], of the rows in which the guide clearly moves in one direction. Friction is
     /// the less exact near a reversal the larger it is. A law that replaces friction by a function of the
     /// command, such as a limit, would gain there without being true.
-    fn nats_while_moving(&self, old: &Shaped<'_>, new: (&Shaped<'_>, Option<Family>)) -> Option<f64> {
-        let moving = Self::moving(&self.checked);
-        let left = |(shaped, smooth)| Some(mean_where(&self.squares(shaped, smooth)?, &moving));
+    fn nats_while_moving(&self, old: &[f64], new: &[f64]) -> f64 {
+        let [_, moving] = &self.moving;
         let share = moving.iter().filter(|moves| **moves).count() as f64 / moving.len().max(1) as f64;
-        Some(share * self.nats(left((old, None))?, left(new)?))
-    }
-
-    /// Whether the guide clearly moves in one direction, for every kept row.
-    fn moving(rows: &[Rows]) -> Vec<bool> {
-        let of = |rows: &Rows| rows.thin(&rows.of_motion(0.0, |at| at.direction));
-        rows.iter().flat_map(of).map(|direction| direction.abs() > CLEARLY).collect()
+        share * nats_of(moving.len(), mean_where(old, moving), mean_where(new, moving))
     }
 
     /// Root mean square of the drive force on the check experiments.
@@ -268,14 +260,8 @@ impl Inverse {
         rows::rms(&all).max(f64::MIN_POSITIVE)
     }
 
-    /// Mean square residual on the check experiments of causes fitted on the others. A smooth force is
-    /// included if given.
-    fn left(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> Option<f64> {
-        let left = mean(&self.squares(shaped, smooth)?);
-        left.is_finite().then_some(left)
-    }
-
-    /// Square residuals of the kept rows, as for [`Self::left`].
+    /// Square residuals on the check experiments of causes fitted on the others. A smooth force is included
+    /// if given.
     fn squares(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> Option<Vec<f64>> {
         let [mut fitted, mut checked] =
             [&self.fitted, &self.checked].map(|rows| self.balance(rows, shaped, smooth));
@@ -287,7 +273,8 @@ impl Inverse {
             }
         }
         let coefficients = solve(&fitted.0, &fitted.1)?;
-        Some(squares(&checked.0, &coefficients, &checked.1))
+        let squares = squares(&checked.0, &coefficients, &checked.1);
+        mean(&squares).is_finite().then_some(squares)
     }
 
     /// All terms of some experiments, and their target sum.
@@ -404,6 +391,23 @@ const COMMAND_TURNS: f64 = 0.01;
 
 fn direction(command: f64, largest: f64) -> f64 {
     (command / (COMMAND_TURNS * largest).max(f64::MIN_POSITIVE)).tanh()
+}
+
+/// Whether the guide clearly moves in one direction, for every kept row.
+fn moving_in(rows: &[Rows]) -> Vec<bool> {
+    let of = |rows: &Rows| rows.thin(&rows.of_motion(0.0, |at| at.direction));
+    rows.iter().flat_map(of).map(|direction| direction.abs() > CLEARLY).collect()
+}
+
+/// Evidence of kept rows for square residuals `new` against `old`, nats.
+fn nats(old: &[f64], new: &[f64]) -> f64 {
+    nats_of(new.len(), mean(old), mean(new))
+}
+
+/// This evidence from the number of rows and the mean squares.
+fn nats_of(rows: usize, old: f64, new: f64) -> f64 {
+    let independent = rows as f64 / ROWS_PER_INDEPENDENT;
+    0.5 * independent * (old.max(f64::MIN_POSITIVE) / new.max(f64::MIN_POSITIVE)).ln()
 }
 
 fn squares(terms: &[Term], coefficients: &[f64], target: &[f64]) -> Vec<f64> {

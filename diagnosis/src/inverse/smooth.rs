@@ -3,10 +3,10 @@
 
 use feeler_plant::effects::Place;
 
-use super::Inverse;
 use super::family::Family;
 use super::rows::Rows;
 use super::solve::Term;
+use super::{Inverse, mean, nats};
 use crate::fit::candidates::Candidate;
 
 /// Nodes over the stroke between which a force that depends on position is linear.
@@ -32,13 +32,13 @@ impl Inverse {
     /// causes.
     pub(crate) fn beyond(&self, causes: &[Candidate]) -> Vec<Smooth> {
         let Some(shaped) = self.shaped(causes) else { return Vec::new() };
-        let Some(left) = self.left(&shaped, None) else { return Vec::new() };
+        let Some(before) = self.squares(&shaped, None) else { return Vec::new() };
+        let left = mean(&before);
         let of = |family: Family| {
-            let with = self.left(&shaped, Some(family))?;
-            let share = 1.0 - with / left.max(f64::MIN_POSITIVE);
+            let with = self.squares(&shaped, Some(family))?;
+            let share = 1.0 - mean(&with) / left.max(f64::MIN_POSITIVE);
             // Near reversals a force of any family makes up for friction that is inexact there.
-            let moving = self.nats_while_moving(&shaped, (&shaped, Some(family)))?;
-            let nats = self.nats(left, with).min(moving);
+            let nats = nats(&before, &with).min(self.nats_while_moving(&before, &with));
             Some(Smooth { place: family.place(), nats, share, left: left.sqrt() / self.drive_force() })
         };
         Family::ALL.into_iter().filter_map(of).collect()

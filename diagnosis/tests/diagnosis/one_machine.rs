@@ -124,21 +124,16 @@ fn truth_every_chatter_scenario_is_predicted_as_it_runs() {
     }
 }
 
-/// A light body under heavy friction, many times the force that would move the body alone, so that sticking
-/// decides everything. With a spring between friction and body in the predictor only, the two differed by a
-/// factor of two.
-#[test]
-fn regress_run_and_replay_agree_for_a_light_body_under_heavy_friction() {
-    let dataset = recorded(&scenario(
+/// A slider on a guide with these keys, pushed by a wave of this amplitude and frequency for a second.
+fn pushed(mass: &str, guide: &str, [amplitude, frequency]: [&str; 2]) -> Dataset {
+    recorded(&scenario(&format!(
         r#"
-        name = "light"
+        name = "slider"
         [bodies.slider]
-        mass = "50 g"
+        mass = "{mass}"
         [springs.guide]
         between = ["ground", "slider"]
-        stiffness = "2 kN/m"
-        [springs.guide.effects.coulomb-friction]
-        level = "20 N"
+        {guide}
         [actuators.drive]
         on = "slider"
         kind = "force"
@@ -146,11 +141,32 @@ fn regress_run_and_replay_agree_for_a_light_body_under_heavy_friction() {
         law = "open-loop"
         drives = "drive"
         period = "1 ms"
-        reference = { kind = "chirp", amplitude = "30 N", start = "3 Hz", end = "3 Hz", duration = "2 s" }
+        [controllers.push.reference]
+        kind = "chirp"
+        amplitude = "{amplitude}"
+        start = "{frequency}"
+        end = "{frequency}"
+        duration = "2 s"
         [run]
         duration = "1 s"
+        "#
+    )))
+}
+
+/// A light body under heavy friction, many times the force that would move the body alone, so that sticking
+/// decides everything. With a spring between friction and body in the predictor only, the two differed by a
+/// factor of two.
+#[test]
+fn regress_run_and_replay_agree_for_a_light_body_under_heavy_friction() {
+    let dataset = pushed(
+        "50 g",
+        r#"
+        stiffness = "2 kN/m"
+        [springs.guide.effects.coulomb-friction]
+        level = "20 N"
         "#,
-    ));
+        ["30 N", "3 Hz"],
+    );
     let replay = replay_record(&dataset.machine, &dataset, 0).expect("it moves");
     for error in &replay.errors {
         assert!(error.largest <= AGREEMENT * error.scale, "{}: {error:?}", error.column);
@@ -164,13 +180,9 @@ fn regress_run_and_replay_agree_for_a_light_body_under_heavy_friction() {
 /// it, grew from row to row until the prediction diverged.
 #[test]
 fn regress_damped_bristles_that_slide_fast_are_predicted_as_they_run() {
-    let dataset = recorded(&scenario(
-        r#"
-        name = "bristles"
-        [bodies.slider]
-        mass = "200 g"
-        [springs.guide]
-        between = ["ground", "slider"]
+    let dataset = pushed(
+        "200 g",
+        r"
         damping = 20.0
         [springs.guide.effects.lugre-friction]
         stiffness = 5.0e5
@@ -178,18 +190,9 @@ fn regress_damped_bristles_that_slide_fast_are_predicted_as_they_run() {
         coulomb = 4.0
         static = 7.0
         velocity = 5.0e-3
-        [actuators.drive]
-        on = "slider"
-        kind = "force"
-        [controllers.push]
-        law = "open-loop"
-        drives = "drive"
-        period = "1 ms"
-        reference = { kind = "chirp", amplitude = "15 N", start = "2 Hz", end = "2 Hz", duration = "2 s" }
-        [run]
-        duration = "1 s"
-        "#,
-    ));
+        ",
+        ["15 N", "2 Hz"],
+    );
     let own = predicted(&dataset, 0.0);
     for ((run, own), channel) in dataset.records[0].series.iter().zip(&own).zip(&dataset.channels) {
         let size = run.iter().fold(0.0_f64, |size, x| size.max(x.abs()));

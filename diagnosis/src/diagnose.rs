@@ -53,8 +53,11 @@ pub fn diagnose_within(
         return Ok(answer);
     }
     composing.add_causes(progress);
-    composing.try_pairs();
+    if composing.try_pairs() {
+        composing.add_causes(progress);
+    }
     composing.simplify();
+    composing.split();
     progress("weighing the answer");
     let mut answer = composing.judge.answer(&composing.accepted, &composing.rivals, &composing.attempts);
     composing.judge.add_table(&mut answer, &composing.accepted);
@@ -89,7 +92,7 @@ impl<'a> Composing<'a> {
         ranked.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
         prefer_simple(&mut ranked, PARSIMONY, |scored| judge.all(scored));
         judge.prefer_meant(&mut ranked);
-        let mut attempts = Attempts {
+        let attempts = Attempts {
             fitted: found.singles.clone(),
             screened: found.others.clone(),
             silent: found.silent.iter().map(|candidate| vec![*candidate]).collect(),
@@ -100,13 +103,18 @@ impl<'a> Composing<'a> {
         if let Some(best) = ranked.first() {
             accepted = (*best).clone();
             rivals = ranked.iter().map(|scored| (*scored).clone()).collect();
-            if let Some(pair) = judge.as_two(&accepted) {
-                rivals.insert(0, pair.clone());
-                attempts.fitted.push(pair.clone());
-                accepted = pair;
-            }
         }
-        Self { judge, budget, accepted, rivals, attempts }
+        let mut begun = Self { judge, budget, accepted, rivals, attempts };
+        begun.split();
+        begun
+    }
+
+    /// Replaces a cause that is the sum of two others by these.
+    fn split(&mut self) {
+        if let Some(split) = self.judge.split(&self.accepted) {
+            self.attempts.fitted.push(split.clone());
+            self.rivals.push(std::mem::replace(&mut self.accepted, split));
+        }
     }
 
     /// The answer if the missing force depends on position and no effect of the library explains it. A sine
@@ -204,22 +212,21 @@ impl<'a> Composing<'a> {
     }
 
     /// Replaces the accepted causes by a pair that a balance of forces proposes, if the pair has clearly more
-    /// evidence.
-    fn try_pairs(&mut self) {
+    /// evidence. `false` if there is none.
+    fn try_pairs(&mut self) -> bool {
         let judge = &self.judge;
         let pairs = judge.proposed_pairs();
         self.attempts.fitted.extend(pairs.iter().cloned());
         let calibrated = &judge.search.calibrated;
-        if let Some(best) = pairs.first()
-            && judge.check(calibrated, best) > ACCEPT
-            && judge.outweighs(best, &self.accepted)
-        {
-            let keep = Asked::beside(calibrated).keep;
-            let pruned = judge.prune(best.clone(), |_| keep);
-            let is_as_large = |pair: &&Scored| pair.causes.len() == pruned.causes.len();
-            self.rivals = pairs.iter().filter(is_as_large).cloned().collect();
-            self.rivals.push(std::mem::replace(&mut self.accepted, pruned));
-        }
+        let is_better =
+            |pair: &&Scored| judge.check(calibrated, pair) > ACCEPT && judge.outweighs(pair, &self.accepted);
+        let Some(best) = pairs.first().filter(is_better) else { return false };
+        let keep = Asked::beside(calibrated).keep;
+        let pruned = judge.prune(best.clone(), |_| keep);
+        let is_as_large = |pair: &&Scored| pair.causes.len() == pruned.causes.len();
+        self.rivals = pairs.iter().filter(is_as_large).cloned().collect();
+        self.rivals.push(std::mem::replace(&mut self.accepted, pruned));
+        true
     }
 
     /// If there are several causes, replaces a law by a simpler one that it contains, and exchanges single

@@ -1,15 +1,15 @@
 //! Compares sets of causes by evidence, simplicity and plausible values.
 
-use feeler_plant::effects::Trait;
+use feeler_plant::description::Site;
+use feeler_plant::effects::{Kind, LIBRARY, Parameter, Trait};
 
 use crate::dataset::Dataset;
 use crate::dataset::rattle::rattles;
 use crate::fit::candidates::{Candidate, candidates};
-use crate::fit::glance::glance;
 use crate::fit::least_squares::Fitted;
 use crate::fit::odds::{ACCEPT, ACCEPT_ALL, evidence, room};
 use crate::fit::scored::Scored;
-use crate::fit::search::{Search, extensions, finished, score};
+use crate::fit::search::{Search, finished, score};
 use crate::gap::size::noise;
 use crate::gap::unknown;
 use crate::kinds::{contains, dossier};
@@ -207,23 +207,71 @@ impl Judge<'_> {
         self.check(&self.search.calibrated, scored) > ACCEPT && self.all(scored) > ACCEPT_ALL
     }
 
-    /// Replaces one cause by an equivalent pair. If the records cannot distinguish them, the pair is
-    /// preferred.
-    pub(crate) fn as_two(&self, accepted: &Scored) -> Option<Scored> {
-        let [cause] = accepted.causes[..] else { return None };
-        let [first, second] = dossier(cause.definition.kind).same_as?;
-        let is_first = |single: &&Scored| {
-            single.causes[0].site == cause.site && single.causes[0].definition.kind == first
-        };
+    /// Replaces a cause by the two causes whose sum it is. They predict the same, so they are preferred.
+    pub(crate) fn split(&self, accepted: &Scored) -> Option<Scored> {
+        let is_sum = |cause: &Candidate| dossier(cause.definition.kind).parts.is_some();
+        let i = accepted.causes.iter().position(is_sum)?;
+        let (sum, values) = (accepted.causes[i], self.values(accepted, i));
+        let known = dossier(sum.definition.kind);
+        let new = known.parts?.into_iter().zip((known.split)(&values)?);
+        let split = self.replaced(accepted, sum.site, &[i], &new.collect::<Vec<_>>())?;
+        (self.is_finding(&split) && self.all(accepted) - self.all(&split) < LOOK_ALIKE).then_some(split)
+    }
+
+    /// Replaces two causes by the one that is their sum, and predicts the same.
+    pub(crate) fn merged(&self, accepted: &Scored) -> Option<Scored> {
+        LIBRARY.iter().find_map(|sum| {
+            let known = dossier(sum.kind);
+            let [first, second] = known.parts?;
+            let is = |cause: &Candidate, kind: Kind| cause.definition.kind == kind;
+            let i = accepted.causes.iter().position(|cause| is(cause, first))?;
+            let site = accepted.causes[i].site;
+            let j = accepted.causes.iter().position(|cause| is(cause, second) && cause.site == site)?;
+            let values = (known.merge)([&self.values(accepted, i), &self.values(accepted, j)])?;
+            self.replaced(accepted, site, &[i, j], &[(sum.kind, values)])
+        })
+    }
+
+    fn values(&self, scored: &Scored, cause: usize) -> Vec<f64> {
+        scored.fitted.model.parameters(cause, &scored.fitted.theta)
+    }
+
+    /// The causes without `gone`, and with new ones on an element; `None` if values are out of range.
+    fn replaced(
+        &self,
+        scored: &Scored,
+        site: Site,
+        gone: &[usize],
+        new: &[(Kind, Vec<f64>)],
+    ) -> Option<Scored> {
+        let all = candidates(&self.dataset.machine);
+        let Fitted { model: old, theta: values, .. } = &scored.fitted;
+        let (mut model, mut theta, mut causes) = (old.clone(), values.clone(), scored.causes.clone());
+        let mut gone = gone.to_vec();
+        gone.sort_unstable();
+        for i in gone.into_iter().rev() {
+            let (without, keep) = model.without(i);
+            theta = keep.iter().map(|&kept| theta[kept]).collect();
+            model = without;
+            causes.remove(i);
+        }
+        for (kind, values) in new {
+            let cause = all.iter().find(|cause| cause.site == site && cause.definition.kind == *kind)?;
+            let is_within = |(value, parameter): (&f64, &Parameter)| {
+                (parameter.bounds.0..=parameter.bounds.1).contains(value)
+            };
+            if !values.iter().zip(cause.definition.parameters).all(is_within) {
+                return None;
+            }
+            model = model.with(site, cause.definition, values);
+            causes.push(*cause);
+        }
+        let mut start = model.start();
+        start[..theta.len()].copy_from_slice(&theta);
+        // The presliding of the old law is that of the new one.
+        model.take_over(&mut start, old, values, 0);
         let task = &self.search.task;
-        let fitted = self.search.singles.iter().find(is_first).cloned();
-        // Half of an effect may not have been fitted fully.
-        let half = fitted.or_else(|| Some(finished(task, self.search.others.iter().find(is_first)?)))?;
-        let second = candidates(&self.dataset.machine)
-            .into_iter()
-            .find(|c| c.site == cause.site && c.definition.kind == second)?;
-        let pair = extensions(task, &half, &[second], &glance(task, &half)).fits.pop()?;
-        (self.is_finding(&pair) && self.all(accepted) - self.all(&pair) < LOOK_ALIKE).then_some(pair)
+        Some(score(task, causes, task.fit(&model, &start, REMOVAL_STEPS)))
     }
 
     /// Replaces a flexible joint by free play if the bodies hit each other, and returns the evidence for

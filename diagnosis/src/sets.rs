@@ -10,7 +10,7 @@ use crate::fit::scored::Scored;
 use crate::fit::search::score;
 use crate::inverse::Balanced;
 use crate::judge::{Judge, PARSIMONY};
-use crate::kinds::{apart, nearest, overlaps};
+use crate::kinds::{apart, contains, nearest, overlaps};
 
 /// Evidence in a balance that a second cause must add before the pair is fitted, nats.
 const WORTH_FITTING: f64 = 6.0;
@@ -22,6 +22,16 @@ const RIVAL_SHARE: f64 = 0.6;
 const MOST_EXCHANGES: usize = 8;
 /// Number of steps of these fits.
 const STEPS: usize = 10;
+
+/// Whether a pair differs from another only by a simpler law, which that of the other contains.
+fn is_simpler(pair: &[Candidate; 2], other: &[Candidate; 2]) -> bool {
+    [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter().any(|(i, j)| {
+        let (inner, outer) = (&pair[1 - i], &other[1 - j]);
+        pair[i].is(&other[j])
+            && inner.site == outer.site
+            && contains(outer.definition.kind, inner.definition.kind)
+    })
+}
 
 impl Judge<'_> {
     /// Fits the pairs of causes that a balance of forces proposes. These gain more in the balance than any
@@ -47,7 +57,12 @@ impl Judge<'_> {
             .filter(|(_, balanced)| balanced.nats > best + WORTH_FITTING)
             .collect();
         proposed.sort_by(|a, b| b.1.nats.total_cmp(&a.1.nats));
-        proposed.truncate(MOST_PAIRS);
+        let is_needed = |(pair, balanced): &&([Candidate; 2], Balanced)| {
+            !proposed.iter().any(|(simpler, other)| {
+                other.nats > balanced.nats - WORTH_FITTING && is_simpler(simpler, pair)
+            })
+        };
+        let proposed: Vec<_> = proposed.iter().filter(is_needed).take(MOST_PAIRS).cloned().collect();
         let fit = |(pair, balanced): ([Candidate; 2], Balanced)| {
             let calibrated = &self.search.calibrated.fitted;
             let model =

@@ -95,13 +95,6 @@ impl Adequacy {
         self.shortfalls.iter().any(|shortfall| !shortfall.condition.is_of_others())
     }
 
-    /// Whether the residual has structure, or predictions became worse farther ahead.
-    pub(crate) fn is_structured(&self) -> bool {
-        let is_of_model =
-            |short: &Shortfall| matches!(short.condition, Condition::Residual | Condition::Horizons);
-        self.shortfalls.iter().any(is_of_model)
-    }
-
     /// Whether another explanation may be as good.
     pub(crate) fn has_rival(&self) -> bool {
         self.shortfalls.iter().any(|shortfall| shortfall.condition.is_of_others())

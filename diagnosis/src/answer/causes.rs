@@ -6,7 +6,9 @@ use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
 use crate::answer::intervals;
+use crate::budget::Stage;
 use crate::fit::candidates::Candidate;
+use crate::fit::least_squares::Fitted;
 use crate::fit::odds::probabilities;
 use crate::fit::sandwich;
 use crate::fit::scored::{Scored, distinct};
@@ -22,6 +24,8 @@ const TEMPERATURE: f64 = 4.0;
 const SLOW_TEMPERATURE: f64 = 12.0;
 /// Largest probability of a cause that was accepted before another one.
 const EARLIER: f64 = 0.95;
+/// Largest probability of a cause whose interval includes zero: on a wild seed 5 of 11 were right.
+const MAYBE_ABSENT: f64 = 0.5;
 /// Smallest odds of a set of causes that is listed.
 const LEAST_ODDS: f64 = 0.005;
 /// Total probability of the listed rivals.
@@ -74,7 +78,8 @@ impl Judge<'_> {
     pub(super) fn field(&self, accepted: &Scored, rivals: &[Scored]) -> Field {
         let is_other = |rival: &&Scored| !is_the_same_elsewhere(accepted, rival) && !rival.is_same(accepted);
         let mut sets: Vec<Scored> = rivals.iter().filter(is_other).cloned().collect();
-        if !rivals.is_empty() {
+        sets.extend(self.merged(accepted));
+        if !sets.is_empty() || !rivals.is_empty() {
             sets.push(accepted.clone());
         }
         // The same causes may have been fitted twice.
@@ -103,23 +108,61 @@ impl Judge<'_> {
         if is_outer { weighed.min(self.all(accepted)) } else { weighed }
     }
 
-    /// The accepted causes, then those of rivals. `known` is the probability that the true causes are among
-    /// these. `tried` holds all sets that were fitted. `is_early` means that time is left to measure the
-    /// correlation time of residuals.
+    /// Standard deviations of the fitted values, with the correlation time of residuals if time is left to
+    /// measure it.
+    pub(super) fn deviations(&self, accepted: &Scored) -> Vec<f64> {
+        let task = &self.search.task;
+        let fitted = &accepted.fitted.sigma;
+        let is_early = !task.budget.is_over(Stage::Compose);
+        // An error above noise is correlated in time, so the fit's own deviations are a lower bound.
+        match is_early.then(|| sandwich::deviations(task, &accepted.fitted)).flatten() {
+            Some(lasting) => fitted.iter().zip(lasting).map(|(a, b)| a.max(b)).collect(),
+            None => fitted.clone(),
+        }
+    }
+
+    /// The accepted causes that may be absent, in words.
+    pub(super) fn maybe_absent(&self, accepted: &Scored, sigma: &[f64]) -> Vec<String> {
+        let of = |(i, cause): (usize, &Candidate)| {
+            let name = cause.definition.parameters.first()?.name;
+            let kind = cause.definition.kind;
+            self.is_maybe_absent(accepted, i, sigma).then(|| {
+                format!("the interval of {name} of {kind} includes zero: the cause may be absent")
+            })
+        };
+        accepted.causes.iter().enumerate().filter_map(of).collect()
+    }
+
+    /// Whether the interval of the size of cause `i` includes zero. Evidence counts many stretches of a
+    /// residual as independent, this interval does not.
+    fn is_maybe_absent(&self, accepted: &Scored, i: usize, sigma: &[f64]) -> bool {
+        let size = accepted.causes[i].definition.parameters.first();
+        size.is_some_and(|size| size.scale == Scale::Log) && {
+            let (value, half) = self.interval(accepted, i, 0, sigma);
+            half > value
+        }
+    }
+
+    /// Value of parameter `k` of cause `i`, and half of its 90 % interval.
+    fn interval(&self, scored: &Scored, i: usize, k: usize, sigma: &[f64]) -> (f64, f64) {
+        let Fitted { model, theta, .. } = &scored.fitted;
+        let value = model.parameters(i, theta)[k];
+        let unknown = model.unknowns.iter().position(|unknown| unknown.parameter_of(i) == Some(k));
+        let deviation = unknown.map_or(0.0, |u| model.unknowns[u].spread(theta[u], sigma[u]));
+        let spacing_s = self.dataset.records[0].spacing_s;
+        let widened = intervals::widened(&scored.causes, i, k, value, deviation, spacing_s);
+        (value, NINETY_PERCENT * widened)
+    }
+
+    /// The accepted causes, with the deviations `sigma` of all values, then those of rivals. `known` is the
+    /// probability that the true causes are among these. `tried` holds all sets that were fitted.
     pub(super) fn causes(
         &self,
         accepted: &Scored,
         field: &Field,
-        (known, is_early): (f64, bool),
+        (known, sigma): (f64, &[f64]),
         tried: &[Scored],
     ) -> Vec<Cause> {
-        // An error above noise is correlated in time, so the fit's own deviations are a lower bound.
-        let lasting = is_early.then(|| sandwich::deviations(&self.search.task, &accepted.fitted)).flatten();
-        let fitted = &accepted.fitted.sigma;
-        let sigma: Vec<f64> = match &lasting {
-            Some(lasting) => fitted.iter().zip(lasting).map(|(a, b)| a.max(*b)).collect(),
-            None => fitted.clone(),
-        };
         let is_near = |set: &&Scored| {
             self.is_finding(set) && self.weighed(accepted, set) > self.all(accepted) - LOOK_ALIKE
         };
@@ -128,8 +171,12 @@ impl Judge<'_> {
         let mut causes: Vec<Cause> = (accepted.causes.iter().enumerate())
             .map(|(i, cause)| {
                 // Only the last cause was compared with every other one.
-                let most = if i + 1 == accepted.causes.len() { 1.0 } else { EARLIER };
-                let found = self.cause(accepted, i, &sigma, known * field.marginal(cause).min(most));
+                let most = match i + 1 == accepted.causes.len() {
+                    _ if self.is_maybe_absent(accepted, i, sigma) => MAYBE_ABSENT,
+                    true => 1.0,
+                    false => EARLIER,
+                };
+                let found = self.cause(accepted, i, sigma, known * field.marginal(cause).min(most));
                 let mut found = Cause { accepted: true, ..covering(found, cause, &near) };
                 if let Some(theta) =
                     without_gain.as_ref().filter(|_| cause.definition.kind != Kind::DriveGain)
@@ -185,28 +232,18 @@ impl Judge<'_> {
     /// A cause of a fitted set with its values and their intervals.
     fn cause(&self, scored: &Scored, i: usize, sigma: &[f64], probability: f64) -> Cause {
         let candidate = scored.causes[i];
-        let fitted = &scored.fitted;
         let rotational = self.dataset.machine.axis == feeler_plant::description::Axis::Rotational;
-        let values = fitted.model.parameters(i, &fitted.theta);
         let drive = (candidate.site.table == ElementKind::Actuators).then_some(candidate.site.index);
         let drive = drive.and_then(|i| self.dataset.machine.actuators.get_index(i));
         let command = drive.map_or(Dimension::FORCE, |(_, actuator)| actuator.kind.command());
         let mut parameters = IndexMap::new();
         for (k, parameter) in candidate.definition.parameters.iter().enumerate() {
-            let spread = fitted
-                .model
-                .unknowns
-                .iter()
-                .position(|unknown| unknown.parameter_of(i) == Some(k))
-                .map_or(0.0, |u| fitted.model.unknowns[u].spread(fitted.theta[u], sigma[u]));
-            let spacing_s = self.dataset.records[0].spacing_s;
-            let spread =
-                NINETY_PERCENT * intervals::widened(&scored.causes, i, k, values[k], spread, spacing_s);
+            let (value, half) = self.interval(scored, i, k, sigma);
             let dimension = candidate.definition.dimension_of(parameter, command);
             let unit = dimension.si_unit(rotational).into_owned();
             parameters.insert(
                 parameter.name,
-                Estimate { value: values[k], ci90: [values[k] - spread, values[k] + spread], unit },
+                Estimate { value, ci90: [value - half, value + half], unit },
             );
         }
         Cause {
@@ -263,10 +300,11 @@ pub(super) fn look_alikes(
     let mut found: Vec<[Kind; 2]> = known.into_iter().collect();
     let best = field.evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let near = field.rivals(accepted).filter(|(.., evidence)| best - evidence < LOOK_ALIKE);
-    for (rival, ..) in field.rivals(accepted).filter(|(rival, ..)| is_split_of(accepted, rival)) {
-        // Either half is part of the whole effect.
-        let whole = rival.causes[0].definition.kind;
-        found = accepted.causes.iter().map(|cause| [cause.definition.kind, whole]).collect();
+    for (rival, ..) in field.rivals(accepted) {
+        // Either part may instead be their sum.
+        if let Some((sum, parts)) = sum_of(rival, accepted) {
+            found = parts.map(|part| [part, sum]).to_vec();
+        }
     }
     let single = |rival: &Scored| match (&accepted.beyond(rival)[..], &rival.beyond(accepted)[..]) {
         ([(_, mine)], [(_, theirs)]) => Some([mine.definition.kind, theirs.definition.kind]),
@@ -322,14 +360,16 @@ fn may_be(outer: Kind, inner: Kind, values: &[&Estimate]) -> bool {
     levels.iter().filter_map(|values| embed(outer, inner, values)).any(is_within)
 }
 
-/// Whether the pair's combined effect equals the single cause of the rival. Then either may be true, even if
-/// one fits slightly better.
-fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
-    let [whole] = rival.causes[..] else { return false };
+/// The cause of a rival that is the sum of two accepted ones, and these. Either may then be true, even if one
+/// fits slightly better.
+fn sum_of(rival: &Scored, accepted: &Scored) -> Option<(Kind, [Kind; 2])> {
+    let [(_, sum)] = rival.beyond(accepted)[..] else { return None };
+    let parts = dossier(sum.definition.kind).parts?;
+    let own = accepted.beyond(rival);
     let has = |kind: &Kind| {
-        pair.causes.iter().any(|cause| cause.site == whole.site && cause.definition.kind == *kind)
+        own.iter().any(|(_, cause)| cause.site == sum.site && cause.definition.kind == *kind)
     };
-    dossier(whole.definition.kind).same_as.is_some_and(|parts| parts.iter().all(has))
+    (own.len() == parts.len() && parts.iter().all(has)).then_some((sum.definition.kind, parts))
 }
 
 /// Whether a rival's last cause is the accepted one on another element of the same place. A flexible joint

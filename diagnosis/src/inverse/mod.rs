@@ -85,9 +85,9 @@ struct Shaped<'a> {
 }
 
 impl Shaped<'_> {
-    /// Whether a cause limits the command.
-    fn clips(&self) -> bool {
-        self.shown.iter().any(|shown| matches!(shown.form, Form::Limit))
+    /// Whether a cause is a function of the command that can replace friction near a reversal.
+    fn replaces_friction(&self) -> bool {
+        self.shown.iter().any(|shown| matches!(shown.form, Form::Limit | Form::Deadband))
     }
 
     /// Gain from command to force.
@@ -203,7 +203,7 @@ impl Inverse {
         let coefficients = solve(&terms, &target)?;
         let unknowns: usize = causes.iter().map(|cause| cause.definition.parameters.len()).sum();
         let mut nats = nats(&self.alone, &left);
-        if shaped.clips() {
+        if shaped.replaces_friction() {
             nats = nats.min(self.nats_while_moving(&self.alone, &left));
         }
         Some(Balanced {
@@ -232,7 +232,7 @@ impl Inverse {
                     let (terms, target) = self.balance(&self.fitted, &shaped, None);
                     let squares = |x: Vec<f64>| {
                         let squares = squares(&terms, &x, &target);
-                        if shaped.clips() { mean_where(&squares, moving) } else { mean(&squares) }
+                        if shaped.replaces_friction() { mean_where(&squares, moving) } else { mean(&squares) }
                     };
                     let left = solve(&terms, &target).map_or(f64::INFINITY, squares);
                     if left < best {
@@ -247,7 +247,7 @@ impl Inverse {
 
     /// Evidence as [`nats`], of the rows in which the guide clearly moves in one direction. Friction is
     /// the less exact near a reversal the larger it is. A law that replaces friction by a function of the
-    /// command, such as a limit, would gain there without being true.
+    /// command, such as a limit or a dead band, would gain there without being true.
     fn nats_while_moving(&self, old: &[f64], new: &[f64]) -> f64 {
         let [_, moving] = &self.moving;
         let share = moving.iter().filter(|moves| **moves).count() as f64 / moving.len().max(1) as f64;

@@ -1,9 +1,9 @@
 //! `asymmetric-friction`: dry friction that depends on the direction.
 
-use feeler_plant::effects::{AsymmetricFriction, CoulombFriction, Kind, Parameters};
+use feeler_plant::effects::{AsymmetricFriction, ConstantLoad, CoulombFriction, Kind, Parameters};
 
 use super::start::levels;
-use super::{Balance, Element, Force, Glance, Inner, Known, Seen};
+use super::{Balance, Element, Force, Glance, Inner, Known, Seen, SumOf};
 
 /// Smaller asymmetries count as zero.
 const LEAST_ASYMMETRY: f64 = 0.02;
@@ -22,8 +22,14 @@ impl Known for AsymmetricFriction {
         embed: |values| Self { level: CoulombFriction::of(values).level, asymmetry: 0.0 },
         nearest: |outer| vec![vec![outer.level]],
     }];
-    /// For a guide that always slides the pair has the same effect.
-    const SAME_AS: Option<[Kind; 2]> = Some([Kind::CoulombFriction, Kind::ConstantLoad]);
+    const SUM_OF: Option<SumOf<Self>> = Some(SumOf {
+        parts: [Kind::CoulombFriction, Kind::ConstantLoad],
+        split: |own| [vec![own.level], vec![-own.level * own.asymmetry]],
+        merge: |[friction, load]| {
+            let (level, force) = (CoulombFriction::of(friction).level, ConstantLoad::of(load).force);
+            Self { level, asymmetry: -force / level }
+        },
+    });
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::ConstantLoad,
         "incline the axis, or take cables and counterweights off, and record again: a load changes with \

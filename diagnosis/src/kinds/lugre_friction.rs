@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use feeler_plant::effects::{CoulombFriction, Kind, LugreFriction, Parameters, StribeckFriction};
 
 use super::start::levels;
-use super::{Element, Glance, Inner, Known, Seen, nearest};
+use super::stribeck_friction::{SLIDING, falls};
+use super::{Balance, Element, Form, Glance, Inner, Known, Seen, nearest};
 
 /// Deflection of bristles that practically represent Coulomb friction, m.
 const SHORT_M: f64 = 1e-5;
@@ -24,6 +25,13 @@ fn stiff(coulomb: f64, static_level: f64, velocity: f64) -> LugreFriction {
 }
 
 impl Known for LugreFriction {
+    /// The balance of Stribeck friction. How bristles bend is the presliding of every guide there.
+    const BALANCE: Option<Balance<Self>> = Some(Balance {
+        form: Form::Forces(SLIDING),
+        shapes: falls,
+        values: |of, velocity| stiff(of[0], of[0] + of[1], velocity),
+        coefficients: |own| (vec![own.coulomb, (own.static_level - own.coulomb).max(0.0)], own.velocity),
+    });
     const CONTAINS: &'static [Inner<Self>] = &[
         Inner {
             kind: Kind::CoulombFriction,

@@ -41,8 +41,8 @@ pub(crate) trait Known: Parameters + 'static {
     const ONLY_TURNING: bool = false;
     /// Whether an answer may name the kind as a cause.
     const IS_CAUSE: bool = true;
-    /// Two kinds on one element with the same combined effect.
-    const SAME_AS: Option<[Kind; 2]> = None;
+    /// Two kinds on one element that together have the same effect.
+    const SUM_OF: Option<SumOf<Self>> = None;
     /// The kind that replaces this one if bodies hit each other.
     const WHERE_IT_RATTLES: Option<Kind> = None;
     /// Believed value of the element to which the first parameter adds.
@@ -91,6 +91,15 @@ pub(crate) struct Inner<Outer> {
     nearest: fn(Outer) -> Vec<Vec<f64>>,
 }
 
+/// Two laws on one element whose sum is another law.
+pub(crate) struct SumOf<Sum> {
+    parts: [Kind; 2],
+    /// Parameters of the two laws from those of their sum.
+    split: fn(Sum) -> [Vec<f64>; 2],
+    /// Parameters of the sum from those of the two laws.
+    merge: fn([&[f64]; 2]) -> Sum,
+}
+
 /// Knowledge about a kind, with values in the order of its definition; see [`Known`].
 pub(crate) struct Dossier {
     pub(crate) read_off: Option<f64>,
@@ -98,7 +107,11 @@ pub(crate) struct Dossier {
     pub(crate) needs_contact: bool,
     pub(crate) only_turning: bool,
     pub(crate) is_cause: bool,
-    pub(crate) same_as: Option<[Kind; 2]>,
+    /// The two kinds whose sum the kind is.
+    pub(crate) parts: Option<[Kind; 2]>,
+    /// Parameters of these two from those of the sum, and the reverse.
+    pub(crate) split: fn(&[f64]) -> Option<[Vec<f64>; 2]>,
+    pub(crate) merge: fn([&[f64]; 2]) -> Option<Vec<f64>>,
     pub(crate) where_it_rattles: Option<Kind>,
     pub(crate) adds_to: Option<Key>,
     pub(crate) starts: fn(&Element<'_>, &Glance) -> Vec<Vec<f64>>,
@@ -151,7 +164,9 @@ impl Dossier {
             needs_contact: K::NEEDS_CONTACT,
             only_turning: K::ONLY_TURNING,
             is_cause: K::IS_CAUSE,
-            same_as: K::SAME_AS,
+            parts: K::SUM_OF.map(|sum| sum.parts),
+            split: |values| K::SUM_OF.map(|sum| (sum.split)(K::of(values))),
+            merge: |parts| K::SUM_OF.map(|sum| (sum.merge)(parts).values()),
             where_it_rattles: K::WHERE_IT_RATTLES,
             adds_to: K::ADDS_TO,
             starts: |element, glance| K::starts(element, glance).into_iter().map(K::values).collect(),

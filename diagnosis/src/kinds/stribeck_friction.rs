@@ -3,7 +3,7 @@
 use feeler_plant::effects::{CoulombFriction, EffectUse, Kind, Parameters, StribeckFriction};
 
 use super::start::levels;
-use super::{Balance, Element, Force, Form, Glance, Inner, Known, LEVEL, Seen, spread};
+use super::{Balance, Element, Extent, Force, Form, Glance, Inner, Known, LEVEL, Seen, spread};
 
 /// Stribeck speed with which a fit starts from Coulomb friction, m/s.
 const SPEED_M_PER_S: f64 = 0.01;
@@ -12,13 +12,21 @@ const SPEED_M_PER_S: f64 = 0.01;
 const FALLEN: f64 = 0.18;
 const FALL_SPEED: f64 = 0.06;
 
+/// Level at high speed, and what is added at low speed.
+pub(super) const SLIDING: &[Force] = &[
+    Force::positive(|at| at.direction),
+    Force::positive(|at| at.direction * (-(at.speed / at.shape).powi(2)).exp()),
+];
+
+/// Trial Stribeck speeds, m/s.
+pub(super) fn falls(extent: &Extent) -> Vec<f64> {
+    spread(0.02 * extent.speed, 0.6 * extent.speed, 12)
+}
+
 impl Known for StribeckFriction {
     const BALANCE: Option<Balance<Self>> = Some(Balance {
-        form: Form::Forces(&[
-            Force::positive(|at| at.direction),
-            Force::positive(|at| at.direction * (-(at.speed / at.shape).powi(2)).exp()),
-        ]),
-        shapes: |extent| spread(0.02 * extent.speed, 0.6 * extent.speed, 12),
+        form: Form::Forces(SLIDING),
+        shapes: falls,
         values: |of, velocity| Self { coulomb: of[0], static_level: of[0] + of[1], velocity },
         coefficients: |own| (vec![own.coulomb, (own.static_level - own.coulomb).max(0.0)], own.velocity),
     });

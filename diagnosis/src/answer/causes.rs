@@ -126,9 +126,8 @@ impl Judge<'_> {
         let of = |(i, cause): (usize, &Candidate)| {
             let name = cause.definition.parameters.first()?.name;
             let kind = cause.definition.kind;
-            self.is_maybe_absent(accepted, i, sigma).then(|| {
-                format!("the interval of {name} of {kind} includes zero: the cause may be absent")
-            })
+            self.is_maybe_absent(accepted, i, sigma)
+                .then(|| format!("the interval of {name} of {kind} includes zero: the cause may be absent"))
         };
         accepted.causes.iter().enumerate().filter_map(of).collect()
     }
@@ -241,10 +240,7 @@ impl Judge<'_> {
             let (value, half) = self.interval(scored, i, k, sigma);
             let dimension = candidate.definition.dimension_of(parameter, command);
             let unit = dimension.si_unit(rotational).into_owned();
-            parameters.insert(
-                parameter.name,
-                Estimate { value, ci90: [value - half, value + half], unit },
-            );
+            parameters.insert(parameter.name, Estimate { value, ci90: [value - half, value + half], unit });
         }
         Cause {
             kind: candidate.definition.kind,
@@ -366,9 +362,8 @@ fn sum_of(rival: &Scored, accepted: &Scored) -> Option<(Kind, [Kind; 2])> {
     let [(_, sum)] = rival.beyond(accepted)[..] else { return None };
     let parts = dossier(sum.definition.kind).parts?;
     let own = accepted.beyond(rival);
-    let has = |kind: &Kind| {
-        own.iter().any(|(_, cause)| cause.site == sum.site && cause.definition.kind == *kind)
-    };
+    let has =
+        |kind: &Kind| own.iter().any(|(_, cause)| cause.site == sum.site && cause.definition.kind == *kind);
     (own.len() == parts.len() && parts.iter().all(has)).then_some((sum.definition.kind, parts))
 }
 

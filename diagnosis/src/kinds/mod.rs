@@ -141,6 +141,13 @@ pub(crate) struct Shown {
     pub(crate) coefficients: fn(&[f64]) -> (Vec<f64>, f64),
 }
 
+impl Shown {
+    /// Whether the kind is a function of the command that can replace friction near a reversal.
+    pub(crate) fn replaces_friction(&self) -> bool {
+        matches!(self.form, Form::Limit | Form::Deadband)
+    }
+}
+
 fn shown<K: Known>() -> Option<Shown> {
     let of = |balance: &Balance<K>| (balance.form, balance.shapes);
     let (form, shapes) = K::BALANCE.as_ref().map(of)?;
@@ -250,6 +257,23 @@ mod tests {
             assert!(a != *b && dossier(*b).apart.iter().all(|(kind, _)| *kind != a), "{a} {b}");
         }
         assert_eq!(apart(Kind::Backlash, Kind::AddedMass), None);
+    }
+
+    #[test]
+    fn truth_a_sum_of_two_laws_is_split_and_merged_without_loss() {
+        let sums: Vec<_> =
+            LIBRARY.iter().map(|one| dossier(one.kind)).filter(|one| one.parts.is_some()).collect();
+        assert!(!sums.is_empty());
+        for sum in sums {
+            for values in [[3.0, 0.4], [0.5, -0.9]] {
+                let [first, second] = (sum.split)(&values).unwrap();
+                let merged = (sum.merge)([&first, &second]).unwrap();
+                assert!(
+                    merged.iter().zip(&values).all(|(a, b)| (a - b).abs() < 4.0 * f64::EPSILON),
+                    "{merged:?}"
+                );
+            }
+        }
     }
 
     #[test]

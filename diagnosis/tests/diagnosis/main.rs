@@ -2,6 +2,7 @@
 
 mod adequacy;
 mod beginning;
+mod bristles;
 mod contradictions;
 mod drives;
 mod emps;

@@ -260,6 +260,33 @@ fn truth_damping_beyond_its_tolerance_beside_friction_is_found_or_declared() {
     assert!(accepted.contains(&Kind::ViscousFriction) || is_declared, "{:?}", answer.adequacy);
 }
 
+/// Friction of one level and a load are together the same force as friction of two levels, at rest and in
+/// motion. Whichever is hidden, neither may be sure.
+#[test]
+fn truth_laws_that_are_equal_share_their_probability() {
+    let load = "[springs.guide.effects.coulomb-friction]\nlevel = 10.0\n\
+                [springs.guide.effects.constant-load]\nforce = -4.0\n";
+    let levels = "[springs.guide.effects.asymmetric-friction]\nlevel = 10.0\nasymmetry = 0.4\n";
+    for effect in [load, levels] {
+        let answer = diagnose(&records_on(BELIEVED_STIFF, effect), &|_| {}).unwrap();
+        assert_eq!(answer.verdict, Verdict::Ambiguous, "{:?}", answer.attempts);
+        let probability = |kind| {
+            let found = answer.effects.iter().find(|effect| effect.kind == kind);
+            found.unwrap_or_else(|| panic!("{kind}: {:?}", answer.effects)).probability
+        };
+        let sum = probability(Kind::AsymmetricFriction);
+        for part in [Kind::CoulombFriction, Kind::ConstantLoad] {
+            assert!(
+                answer.look_alikes.contains(&[part, Kind::AsymmetricFriction]),
+                "{:?}",
+                answer.look_alikes
+            );
+            // The fits end within a fraction of a nat of each other.
+            assert!((probability(part) - sum).abs() < 0.1, "{part}: {} {sum}", probability(part));
+        }
+    }
+}
+
 #[test]
 fn truth_a_resonance_is_flexibility_and_not_delay() {
     let effect = "[springs.transmission.effects.transmission-flexibility]\nstiffness = 9.0e5\ndamping = \

@@ -85,17 +85,6 @@ struct Shaped<'a> {
 }
 
 impl Shaped<'_> {
-    /// Whether a cause is a function of the command that can replace friction near a reversal.
-    fn replaces_friction(&self) -> bool {
-        self.shown.iter().any(Shown::replaces_friction)
-    }
-
-    /// The causes that are no such functions.
-    fn others(&self) -> Vec<Candidate> {
-        let causes = self.causes.iter().zip(&self.shown);
-        causes.filter(|(_, shown)| !shown.replaces_friction()).map(|(cause, _)| *cause).collect()
-    }
-
     /// Gain from command to force.
     fn gain(&self) -> f64 {
         let gains = self.shown.iter().zip(&self.shapes);
@@ -208,15 +197,8 @@ impl Inverse {
         let (terms, target) = self.balance(&self.fitted, &shaped, None);
         let coefficients = solve(&terms, &target)?;
         let unknowns: usize = causes.iter().map(|cause| cause.definition.parameters.len()).sum();
-        let [moving, mut turning] = self.evidence(&self.alone, &left);
-        if shaped.replaces_friction() {
-            let others = shaped.others();
-            let left = self.squares(&self.shaped(&others)?, None)?;
-            let [_, without] = self.evidence(&self.alone, &left);
-            turning = turning.min(without);
-        }
         Some(Balanced {
-            nats: moving + turning - PER_UNKNOWN * unknowns as f64,
+            nats: self.evidence(&self.alone, &left) - PER_UNKNOWN * unknowns as f64,
             values: self.values(&shaped, &coefficients),
             believed: self.factors(&shaped, &coefficients),
         })
@@ -239,12 +221,8 @@ impl Inverse {
                 for &shape in grid {
                     shaped.shapes[i] = shape;
                     let (terms, target) = self.balance(&self.fitted, &shaped, None);
-                    let cost = |x: Vec<f64>| {
-                        let squares = squares(&terms, &x, &target);
-                        let [moving, turning] = groups(&squares, moving).map(|(rows, mean)| rows * mean.ln());
-                        if shaped.replaces_friction() { moving } else { moving + turning }
-                    };
-                    let left = solve(&terms, &target).map_or(f64::INFINITY, cost);
+                    let squares = |x: Vec<f64>| groups(&squares(&terms, &x, &target), moving)[0].1;
+                    let left = solve(&terms, &target).map_or(f64::INFINITY, squares);
                     if left < best {
                         (best, found) = (left, shape);
                     }
@@ -255,14 +233,15 @@ impl Inverse {
         Some(shaped)
     }
 
-    /// Evidence of the check experiments for square residuals `new` against `old`, nats: of the rows in which
-    /// the guide clearly moves in one direction, and of those near a reversal. Friction is the less exact near
-    /// a reversal the larger it is, so each have a noise of their own. A law that replaces friction by a
-    /// function of the command, such as a limit or a dead band, would gain there without being true.
-    fn evidence(&self, old: &[f64], new: &[f64]) -> [f64; 2] {
+    /// Evidence of the check experiments for square residuals `new` against `old`, nats. Rows near a reversal
+    /// are evidence against causes only. Friction is inexact there, so a limit, a dead band, a delay or a
+    /// smooth force would gain without being true.
+    fn evidence(&self, old: &[f64], new: &[f64]) -> f64 {
         let [_, moving] = &self.moving;
         let (old, new) = (groups(old, moving), groups(new, moving));
-        [0, 1].map(|i| 0.5 * old[i].0 / ROWS_PER_INDEPENDENT * (old[i].1 / new[i].1).ln())
+        let [moving, turning] =
+            [0, 1].map(|i| 0.5 * old[i].0 / ROWS_PER_INDEPENDENT * (old[i].1 / new[i].1).ln());
+        moving + turning.min(0.0)
     }
 
     /// Root mean square of the drive force on the check experiments.

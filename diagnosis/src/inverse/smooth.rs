@@ -37,9 +37,7 @@ impl Inverse {
         let of = |family: Family| {
             let with = self.squares(&shaped, Some(family))?;
             let share = 1.0 - mean(&with) / left.max(f64::MIN_POSITIVE);
-            // Near reversals a force of any family makes up for friction that is inexact there.
-            let [moving, turning] = self.evidence(&before, &with);
-            let nats = moving + turning.min(0.0);
+            let nats = self.evidence(&before, &with);
             Some(Smooth { place: family.place(), nats, share, left: left.sqrt() / self.drive_force() })
         };
         Family::ALL.into_iter().filter_map(of).collect()

@@ -141,13 +141,6 @@ pub(crate) struct Shown {
     pub(crate) coefficients: fn(&[f64]) -> (Vec<f64>, f64),
 }
 
-impl Shown {
-    /// Whether the kind is a function of the command that can replace friction near a reversal.
-    pub(crate) fn replaces_friction(&self) -> bool {
-        matches!(self.form, Form::Limit | Form::Deadband)
-    }
-}
-
 fn shown<K: Known>() -> Option<Shown> {
     let of = |balance: &Balance<K>| (balance.form, balance.shapes);
     let (form, shapes) = K::BALANCE.as_ref().map(of)?;

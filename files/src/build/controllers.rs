@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use feeler_catalogue::{Dimension, Record};
+use feeler_catalogue::{Dimension, Keyed};
 use feeler_control::reference::FOLLOWED;
 use feeler_control::{ControllerSpec, Law, READS, Reference};
 use feeler_engine::ControllerUse;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use feeler_catalogue::{Bound, Dimension, Record, Role};
+use feeler_catalogue::{Bound, Dimension, KeyRole, Keyed};
 use feeler_plant::description::{
     Actuator, ActuatorKind, Body, Contact, ContactLaw, Machine, MotorInput, Profile, Quantity, Sensor,
     SignalName, Spring,
@@ -45,7 +45,7 @@ impl Builder<'_> {
         if spring.rigid {
             // `rigid` overrides values from another file or a setting. In the same file it contradicts them.
             let here = item.table.get(Spring::RIGID.key.name).map(|entry| entry.node.origin.source);
-            for field in Spring::FIELDS.iter().filter(|field| field.role == Role::Believed) {
+            for field in Spring::FIELDS.iter().filter(|field| field.role == KeyRole::Believed) {
                 let key = field.key.name;
                 let written = item.table.get(key).filter(|entry| Some(entry.node.origin.source) == here);
                 if let Some(entry) = written.filter(|_| field.number(&spring) != Some(0.0)) {
@@ -167,7 +167,7 @@ impl Builder<'_> {
 }
 
 /// The value of a table of this form before its keys are read; of the first form if `name` is not a form.
-fn of_form<T: Record>(name: Option<&str>) -> T {
+fn of_form<T: Keyed>(name: Option<&str>) -> T {
     let named = T::FORMS.iter().find(|form| Some(form.name) == name);
     (named.unwrap_or(&T::FORMS[0]).start)()
 }

@@ -1,5 +1,5 @@
 //! Every key of every file, one line each.
-use feeler_catalogue::{Absent, Key, Keys, Kind, Record, keys, optional};
+use feeler_catalogue::{Absent, Key, KeyKind, Keyed, Keys, keys, optional};
 use feeler_engine::RunSettings;
 use feeler_plant::description::Axis;
 use feeler_plant::effects::HostKind;
@@ -41,16 +41,16 @@ pub(crate) static RUN: Keys = Keys { keys: keys!(RunSettings::FIELDS), choice: N
 pub(crate) static ELEMENTS: [&Element; 6] =
     [&BODIES, &SPRINGS, &CONTACTS, &ACTUATORS, &SENSORS, &CONTROLLERS];
 
-pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the file's own if absent");
-pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what it is for, in one or two sentences");
+pub(crate) const NAME: Key = optional("name", KeyKind::Text, "short name; the file's own if absent");
+pub(crate) const ABOUT: Key = optional("about", KeyKind::Text, "what it is for, in one or two sentences");
 pub(crate) const AXIS_KIND: Key = Key {
     name: "axis",
-    kind: Kind::Word(Axis::WORDS),
+    kind: KeyKind::Word(Axis::WORDS),
     absent: Absent::Word(Axis::Translational.name()),
     text: "kind of coordinate",
 };
 pub(crate) const BASE: Key =
-    optional("machine", Kind::Text, "a base file, relative to this one; keys here replace its keys");
+    optional("machine", KeyKind::Text, "a base file, relative to this one; keys here replace its keys");
 
 /// Keys at the top of a machine or scenario.
 pub(crate) static TOP: &[Key] = &[NAME, ABOUT, AXIS_KIND, BASE];

@@ -1,6 +1,6 @@
 //! Bodies, springs, contacts, actuators, sensors.
 
-use feeler_catalogue::{Content, Record};
+use feeler_catalogue::{Content, Keyed};
 use feeler_plant::description::{Contact, Elements, Knot, Machine, Profile};
 use feeler_plant::effects::EffectUse;
 
@@ -18,7 +18,7 @@ impl Writer {
         self.each(&SENSORS, &machine.sensors, |sensor| &sensor.effects);
     }
 
-    fn each<T: Record>(
+    fn each<T: Keyed>(
         &mut self,
         element: &Element,
         elements: &Elements<T>,

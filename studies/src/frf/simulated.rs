@@ -14,7 +14,7 @@ use super::between::{between, require_path, sensed};
 use super::distortion::Separated;
 use super::error::{FrfError, require};
 use super::request::{ExcitationKind, FrfRequest, NoiseEstimator};
-use super::response::Response;
+use super::response::FrequencyResponse;
 use crate::numbers::{plain, with_unit};
 use crate::refusal::Refusal;
 use crate::signals;
@@ -52,7 +52,7 @@ const POINTS: usize = 40;
 ///
 /// # Errors
 /// A request that the machine cannot meet, or a simulation that ends early.
-pub fn simulate(scenario: &Scenario, request: &FrfRequest) -> Result<Response, FrfError> {
+pub fn simulate(scenario: &Scenario, request: &FrfRequest) -> Result<FrequencyResponse, FrfError> {
     let kind = request.excitation.unwrap_or(ExcitationKind::WhiteNoise);
     let averages = matches!(request.estimator, Some(NoiseEstimator::Averaged(_)));
     request.require_segments(averages && kind == ExcitationKind::WhiteNoise)?;
@@ -101,7 +101,7 @@ pub fn simulate(scenario: &Scenario, request: &FrfRequest) -> Result<Response, F
         evidence,
     });
     let hold = with_unit(experiment.hold_s, "s");
-    Ok(Response {
+    Ok(FrequencyResponse {
         title: scenario.machine.name.clone(),
         about: scenario.machine.about.clone(),
         input,

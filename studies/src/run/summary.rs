@@ -13,7 +13,9 @@ use crate::run::measure::controlled::Controlled;
 use crate::run::measure::energy::EnergyTable;
 use crate::run::measure::force_loop::{ForceLoop, sensor_noise_n};
 use crate::run::measure::saturation::{self, Limits};
-use crate::run::measure::settling::{Answer, Ending, RESTS_OVER, Response, SETTLING_BAND, last_change_s};
+use crate::run::measure::settling::{
+    Answer, Ending, ForceResponse, RESTS_OVER, SETTLING_BAND, last_change_s,
+};
 use crate::run::measure::standing::{self, Standing};
 use crate::run::measure::winding::{Command, commands_all};
 use crate::run::record::event::EventRecord;
@@ -47,7 +49,7 @@ pub struct Summary {
     /// Share of the controller samples at which a drive or controller was at its limit.
     pub saturation_share: f64,
     /// The response of the force-controlled contact to its reference; `None` without one.
-    pub response: Option<Response>,
+    pub response: Option<ForceResponse>,
     /// Peak, first touch, lift-offs and time of each contact.
     pub contacts: Vec<ContactSummary>,
     /// Index of the contact of the outcome: the force-controlled one, else the one with the largest force.
@@ -219,7 +221,7 @@ impl<'a> Finished<'a> {
 
     /// Amplitude that counts as rest, N. A force may rest anywhere within a step of its sensor. But an
     /// oscillation within that step is not rest.
-    fn rest_n(&self, response: &Response) -> Option<f64> {
+    fn rest_n(&self, response: &ForceResponse) -> Option<f64> {
         let hidden_n = self.force_loop?.hidden_by_noise_n(self.scenario);
         response.final_reference_n.map(|_| response.share_n.max(hidden_n))
     }
@@ -230,7 +232,7 @@ impl<'a> Finished<'a> {
         references.map(|reference_n| Ending::of(&self.record.t_s, reference_n)).collect()
     }
 
-    fn verdict(&self, contact: Option<&ContactRun>, response: Option<&Response>) -> RunVerdict {
+    fn verdict(&self, contact: Option<&ContactRun>, response: Option<&ForceResponse>) -> RunVerdict {
         let still = vec![0.0; self.record.t_s.len()];
         let (controlled, wanted) = self.controlled().map(|(found, _, wanted)| (found, wanted)).unzip();
         let force_n = self.judged_force_n(contact);

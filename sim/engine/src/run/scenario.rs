@@ -1,6 +1,6 @@
 //! A scenario: a machine, its controllers, and the settings of the run.
 
-use feeler_catalogue::{Field, Kind, Record, field, optional, required};
+use feeler_catalogue::{Field, KeyKind, Keyed, field, optional, required};
 use feeler_control::ControllerSpec;
 use feeler_plant::description::{Elements, Machine};
 use feeler_plant::effects::EffectUse;
@@ -38,17 +38,17 @@ pub struct ControllerUse {
 impl ControllerUse {
     /// The driven actuator.
     pub const DRIVES: Field<Self> = field!(ControllerUse: drives,
-        required("drives", Kind::Name("an actuator"), "the actuator whose command it gives"));
+        required("drives", KeyKind::Name("an actuator"), "the actuator whose command it gives"));
 }
 
-impl Record for ControllerUse {
+impl Keyed for ControllerUse {
     const FIELDS: &'static [Field<Self>] = &[
         ControllerUse::DRIVES,
         field!(
             ControllerUse: motion,
             optional(
                 "motion",
-                Kind::Name("a sensor of position or velocity"),
+                KeyKind::Name("a sensor of position or velocity"),
                 "sensor for damping, impedance and the approach; if absent, the first that reads \
                  position or velocity of the driven body",
             )

@@ -1,6 +1,6 @@
 //! Locates guard crossings within a piece whose states are evaluated one by one.
 
-use feeler_plant::motion::modes::{Course, Instant, first_crossing, trace};
+use feeler_plant::motion::modes::{GuardFunction, Instant, first_crossing, trace};
 use feeler_plant::motion::{Motion, Row, dot};
 
 use crate::solve::extrapolation::Extrapolation;
@@ -133,7 +133,7 @@ struct Looks<'p, L> {
     row: &'p [f64],
 }
 
-impl<L: Piece> Course for Looks<'_, L> {
+impl<L: Piece> GuardFunction for Looks<'_, L> {
     fn at(&mut self, s: f64) -> Option<Instant> {
         let xi = self.piece.state(s)?;
         Some(Instant { s, value: dot(self.row, &xi), slope: self.piece.slope(self.row, &xi, s) })

@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use feeler_catalogue::{Bound, Dimension, KeyRole, Keyed};
+use feeler_catalogue::{Bound, Content, Dimension, KeyRole, Keyed};
 use feeler_plant::description::{
-    Actuator, ActuatorKind, Body, Contact, ContactLaw, Machine, MotorInput, Profile, Quantity, Sensor,
-    SignalName, Spring,
+    Actuator, Body, Contact, ContactLaw, Machine, MotorInput, Profile, Quantity, Sensor, SignalName, Spring,
 };
 use feeler_plant::effects::HostKind;
 
@@ -156,11 +155,10 @@ impl Builder<'_> {
         let kind =
             node_at(&self.draft.root, &[ACTUATORS.table, actuator, KIND]).and_then(|node| node.as_text());
         let mut found: Actuator = of_form(kind);
-        let input = node_at(&self.draft.root, &[ACTUATORS.table, actuator, "input"]);
-        if let ActuatorKind::DcMotor(motor) = &mut found.kind
-            && let Some(word) = input.and_then(|node| node.as_text())
-        {
-            motor.input = MotorInput::named(word).unwrap_or_default();
+        let input = Actuator::MOTOR_INPUT;
+        let node = node_at(&self.draft.root, &[ACTUATORS.table, actuator, input.key.name]);
+        if let Some(word) = node.and_then(|node| MotorInput::named(node.as_text()?)) {
+            (input.set)(&mut found, &Content::Word(word.name()));
         }
         found.kind.command()
     }

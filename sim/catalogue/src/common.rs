@@ -20,12 +20,11 @@ pub const DAMPING_RATIO: Key = optional(
     "of a second-order filter; first order if absent",
 );
 
+/// Name of the key of a low-pass.
+pub const LOW_PASS: &str = "low_pass";
+
 /// A key that holds a low-pass: a corner frequency, or a table.
 pub const fn low_pass(text: &'static str) -> Key {
-    static LOW_PASS: Keys = Keys { keys: &[CORNER, DAMPING_RATIO], choice: None };
-    optional(
-        "low_pass",
-        KeyKind::QuantityOrTable(CORNER.name, Unit::Of(Dimension::FREQUENCY), &LOW_PASS),
-        text,
-    )
+    static PARTS: Keys = Keys { keys: &[CORNER, DAMPING_RATIO], choice: None };
+    optional(LOW_PASS, KeyKind::QuantityOrTable(CORNER.name, Unit::Of(Dimension::FREQUENCY), &PARTS), text)
 }

@@ -35,7 +35,7 @@ mod field;
 mod shape;
 mod slot;
 
-pub use common::{CORNER, DAMPING_RATIO, LONGEST_DELAY, low_pass};
+pub use common::{CORNER, DAMPING_RATIO, LONGEST_DELAY, LOW_PASS, low_pass};
 pub use content::{Content, Contents};
 pub use dimension::{Dimension, same_exponent};
 pub use field::{Field, Form, GainPart, KeyRole, Keyed, chained, joined, keys, variants};

@@ -39,19 +39,13 @@ impl ControllerUse {
     /// The driven actuator.
     pub const DRIVES: Field<Self> = field!(ControllerUse: drives,
         required("drives", KeyKind::Name("an actuator"), "the actuator whose command it gives"));
+    /// The sensor of the driven body's motion.
+    pub const MOTION: Field<Self> = field!(ControllerUse: motion,
+        optional("motion", KeyKind::Name("a sensor of position or velocity"),
+            "sensor for damping, impedance and the approach; if absent, the first that reads position or \
+             velocity of the driven body"));
 }
 
 impl Keyed for ControllerUse {
-    const FIELDS: &'static [Field<Self>] = &[
-        ControllerUse::DRIVES,
-        field!(
-            ControllerUse: motion,
-            optional(
-                "motion",
-                KeyKind::Name("a sensor of position or velocity"),
-                "sensor for damping, impedance and the approach; if absent, the first that reads \
-                 position or velocity of the driven body",
-            )
-        ),
-    ];
+    const FIELDS: &'static [Field<Self>] = &[ControllerUse::DRIVES, ControllerUse::MOTION];
 }

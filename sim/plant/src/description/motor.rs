@@ -92,9 +92,9 @@ macro_rules! motor {
     };
 }
 
-/// Keys of an actuator of this kind.
-pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
-    motor!(
+impl Actuator {
+    /// What the command of a motor sets.
+    pub const MOTOR_INPUT: Field<Self> = motor!(
         input,
         Key {
             name: "input",
@@ -102,7 +102,12 @@ pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
             absent: Absent::Word(MotorInput::Voltage.name()),
             text: "the quantity that the command sets",
         }
-    ),
+    );
+}
+
+/// Keys of an actuator of this kind.
+pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
+    Actuator::MOTOR_INPUT,
     motor!(
         resistance_ohm,
         required(

@@ -105,8 +105,8 @@ fn unit_by_the_other(guess: &mut Guess, are_stated: [bool; 2]) {
     ];
     let mut open = sides.into_iter().filter(|(_, is_stated, ..)| !is_stated);
     let is_straight = guess.is_straight();
-    let told = open.find_map(|(role, _, times, other)| Some((role, beside(times, &other, is_straight)?)));
-    if let Some((role, unit)) = told
+    let paired = open.find_map(|(role, _, times, other)| Some((role, beside(times, &other, is_straight)?)));
+    if let Some((role, unit)) = paired
         && let Some(chosen) = guess.columns.get_mut(&role)
     {
         chosen.unit = Some(unit);

@@ -323,7 +323,7 @@ pub(super) fn without_quantity(name: &str) -> Vec<String> {
 mod tests {
     use super::*;
 
-    fn told(table: &str, column: &str) -> Option<(ColumnRole, String)> {
+    fn recognised(table: &str, column: &str) -> Option<(ColumnRole, String)> {
         let column = Column { name: column.into(), ..Column::default() };
         let table = Table {
             name: table.into(),
@@ -387,7 +387,7 @@ mod tests {
         ] {
             // The name of a table of currents gives the role of columns named by joints.
             let expected = if table == "curr_data" { ColumnRole::Effort } else { role };
-            let found = told(table, column);
+            let found = recognised(table, column);
             assert!(
                 found == Some((expected, joint.into())) || table == "curr_data",
                 "{table} {column}: {found:?}"
@@ -402,7 +402,7 @@ mod tests {
             ("log", "tip_mps2"),
             ("log", "n"),
         ] {
-            assert_eq!(told(table, column), None, "{table} {column}");
+            assert_eq!(recognised(table, column), None, "{table} {column}");
         }
     }
 

@@ -65,10 +65,10 @@ pub fn simulate(scenario: &Scenario, request: &FrfRequest) -> Result<FrequencyRe
         || format!("--rms must be above zero (got {rms})"),
         "give the root mean square of the command, in SI",
     )?;
-    let dies_in_s = dies_in_s(&experiment)?;
-    let wait_s = dies_in_s.clamp(WAIT_S.0, WAIT_S.1);
-    if dies_in_s > wait_s && kind != ExcitationKind::WhiteNoise {
-        let (left, waited) = (with_unit(dies_in_s, "s"), with_unit(wait_s, "s"));
+    let decay_time_s = decay_time_s(&experiment)?;
+    let wait_s = decay_time_s.clamp(WAIT_S.0, WAIT_S.1);
+    if decay_time_s > wait_s && kind != ExcitationKind::WhiteNoise {
+        let (left, waited) = (with_unit(decay_time_s, "s"), with_unit(wait_s, "s"));
         notes.push(format!(
             "transients take {left} to decay, but the experiment waits for {waited} only: the rest appears \
              as distortion, and the confidence bands do not include it"
@@ -275,7 +275,7 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
 }
 
 /// Time in which transients decay, s; zero if no motion decays.
-fn dies_in_s(experiment: &FrfExperiment) -> Result<f64, AnalysisError> {
+fn decay_time_s(experiment: &FrfExperiment) -> Result<f64, AnalysisError> {
     let plant = LinearMachine::new(&experiment.machine, &experiment.view())?;
     let input = SignalName::new(&experiment.actuator, Quantity::Command);
     let poles = match plant.channel(&input, &experiment.output) {

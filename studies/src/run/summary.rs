@@ -62,7 +62,7 @@ pub struct Summary {
     pub controlled: Option<String>,
     /// Frequency of that motion if it does not come to rest but its oscillation is not known to last, Hz.
     #[serde(skip)]
-    pub swings_hz: Option<f64>,
+    pub oscillation_hz: Option<f64>,
     /// Time, kind and place of each event, in order.
     pub events: Vec<EventRecord>,
     /// Supplied, dissipated and stored energy, J; `None` without a ledger.
@@ -157,7 +157,7 @@ impl<'a> Finished<'a> {
             main_contact,
             verdict,
             controlled: self.controlled().map(|(found, ..)| found.signal.to_string()),
-            swings_hz: self.swings_hz(main, &verdict),
+            oscillation_hz: self.oscillation_hz(main, &verdict),
             events: self.events(),
             energy: self.energy.as_ref().map(EnergyTable::new),
             simulated_s: self.end_s,
@@ -286,7 +286,7 @@ impl<'a> Finished<'a> {
             sticks_s: &sticks_s,
             plays_s: &plays_s,
             commands: &commands,
-            can_wind: self.can_wind(),
+            can_wind_up: self.can_wind_up(),
             band_n: match &wanted {
                 Some(wanted) => Self::rest_of_motion(wanted, force_n),
                 None => response.and_then(|response| self.rest_n(response)),
@@ -376,16 +376,16 @@ impl<'a> Finished<'a> {
     }
 
     /// Whether something can stick while an integrator winds up the command.
-    fn can_wind(&self) -> bool {
-        let winds = |drive: &Drive| {
+    fn can_wind_up(&self) -> bool {
+        let winds_up = |drive: &Drive| {
             let mut own = self.scenario.controllers.values().filter(|used| used.drives == drive.name);
             own.any(|used| integrates(&used.spec.law)) || drive.servo.is_some_and(|servo| servo.ki != 0.0)
         };
         self.assembly.links.iter().any(|link| link.friction.acts() || link.bristle.is_some())
-            && self.holding().any(winds)
+            && self.holding().any(winds_up)
     }
 
-    fn swings_hz(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Option<f64> {
+    fn oscillation_hz(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Option<f64> {
         let is_open = matches!(verdict.outcome, Outcome::Unstable | Outcome::Undecided);
         let is_moving = is_open && self.controlled().is_some() && verdict.amplitudes_n[2] > 0.0;
         let found = is_moving.then(|| self.oscillation(contact, verdict).frequency_hz);

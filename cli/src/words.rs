@@ -116,21 +116,38 @@ pub(crate) fn tracking(summary: &Summary, units: Units) -> Option<(f64, String)>
     Some((found.largest_error_n, format!("at most, after {from_s}; {mean} root mean square")))
 }
 
+/// The outcome of a run in words.
+pub(crate) struct Account<'d> {
+    pub(crate) sentences: Vec<String>,
+    /// The doubt about the file that they give as the probable reason.
+    pub(crate) doubt: Option<&'d Problem>,
+}
+
 /// The outcome of a run and its probable reason; `doubts` are those about the file. For an undecided run the
 /// reason comes first, because a longer run would not help.
-pub(crate) fn told(scenario: &Scenario, summary: &Summary, units: Units, doubts: &[Problem]) -> Vec<String> {
-    let reason = reason(scenario, summary, doubts);
-    match reason {
+pub(crate) fn account<'d>(
+    scenario: &Scenario,
+    summary: &Summary,
+    units: Units,
+    doubts: &'d [Problem],
+) -> Account<'d> {
+    let (reason, doubt) = reason(scenario, summary, doubts).unzip();
+    let sentences = match reason {
         Some(reason) if summary.outcome == Outcome::Undecided => {
             let otherwise = format!("If that is meant: {}.{}", lacks(summary), so_far(summary, units));
             vec![format!("Undecided. {reason}"), otherwise]
         }
         reason => std::iter::once(outcome(summary, units)).chain(reason).collect(),
-    }
+    };
+    Account { sentences, doubt: doubt.flatten() }
 }
 
-/// Reason why a run ends without contact or undecided, as far as the file shows it.
-fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem]) -> Option<String> {
+/// Reason why a run ends without contact or undecided, as far as the file shows it, and its doubt.
+fn reason<'d>(
+    scenario: &Scenario,
+    summary: &Summary,
+    doubts: &'d [Problem],
+) -> Option<(String, Option<&'d Problem>)> {
     let undecided = summary.outcome == Outcome::Undecided;
     if !(summary.outcome == Outcome::NoContact || undecided) || summary.contacts.is_empty() {
         return None;
@@ -140,22 +157,24 @@ fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem]) -> Option<
     let is_free = contacts.values().all(|contact| contact.engagement == Engagement::Free);
     // A controller may render a wall where nothing can touch.
     if is_free && summary.controlled.is_none() {
-        return Some("Every contact of the file is set free.".to_owned());
+        return Some(("Every contact of the file is set free.".to_owned(), None));
     }
     let keeps_away = |doubt: &&Problem| !NEAR.iter().any(|key| doubt.key.ends_with(key));
     if let Some(doubt) = doubts.iter().find(|doubt| undecided || keeps_away(doubt)) {
-        return Some(format!("Probable reason: {}. Remedy: {}.", doubt.message, doubt.remedy));
+        let reason = format!("Probable reason: {}. Remedy: {}.", doubt.message, doubt.remedy);
+        return Some((reason, Some(doubt)));
     }
     if undecided {
         return None;
     }
     if reference.is_some_and(|reference| reference <= 0.0) {
-        return Some("Reason: the reference does not end above zero, and a contact only pushes.".to_owned());
+        let reason = "Reason: the reference does not end above zero, and a contact only pushes.";
+        return Some((reason.to_owned(), None));
     }
     scenario
         .controllers
         .is_empty()
-        .then(|| "Reason: the file has no controller, so no drive is commanded.".to_owned())
+        .then(|| ("Reason: the file has no controller, so no drive is commanded.".to_owned(), None))
 }
 
 /// The unit of the signal by which a run is judged: a force, or a motion without contact.
@@ -173,7 +192,7 @@ fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
         with_unit(oscillation.amplitude_n, unit)
     );
     let at = summary
-        .swings_hz
+        .oscillation_hz
         .map_or_else(String::new, |frequency_hz| format!(", oscillating at {}", rate(frequency_hz)));
     match summary.outcome {
         Outcome::Settled => format!("Nothing is touched, and `{signal}` settles."),
@@ -193,7 +212,7 @@ fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
         | Outcome::FollowsSurface
         | Outcome::NoContact
         | Outcome::Undecided => {
-            let so_far = summary.swings_hz.map_or_else(String::new, |frequency_hz| {
+            let so_far = summary.oscillation_hz.map_or_else(String::new, |frequency_hz| {
                 let swings = with_unit(summary.verdict.amplitudes_n[2], unit);
                 format!(" So far `{signal}` oscillates at {}, by {swings} either way.", rate(frequency_hz))
             });

@@ -7,7 +7,7 @@ use feeler_plant::description::{Engagement, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
 use feeler_studies::Refusal;
 use feeler_studies::frf::{
-    Evaluated, FrfError, FrfRequest, RecordPair, Response, SEGMENTS, Separated, between,
+    Evaluated, FrequencyResponse, FrfError, FrfRequest, RecordPair, SEGMENTS, Separated, between,
     choose as choose_method, evaluate, require, require_path, sensed,
 };
 use feeler_studies::numbers::{count, plain};
@@ -44,7 +44,7 @@ pub fn measured_response(
     file: &DatasetFile,
     data: &Dataset,
     request: &FrfRequest,
-) -> Result<Response, FrfError> {
+) -> Result<FrequencyResponse, FrfError> {
     let mut notes: Vec<String> = Vec::new();
     let chosen = choose(request, file, data, &mut notes)?;
     notes.extend(warnings(data, &chosen.records));
@@ -99,7 +99,7 @@ pub fn measured_response(
     let between_hz = between(&estimate.frequencies_hz, isolated);
     let filled = experiment.linear_response(&between_hz)?;
     let names: Vec<&str> = chosen.records.iter().map(|r| r.name.as_str()).collect();
-    Ok(Response {
+    Ok(FrequencyResponse {
         title: data.name.clone(),
         about: file.about.clone(),
         input: chosen.input,

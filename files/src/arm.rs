@@ -1,6 +1,6 @@
 //! Arm files: a URDF, and the drives of its joints, which a URDF does not describe.
 
-use feeler_catalogue::{Absent, Contents, Record};
+use feeler_catalogue::{Absent, Contents, Keyed};
 use feeler_plant::names::{did_you_mean, list};
 use feeler_problem::{Problem, Remedy};
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use feeler_catalogue::Record;
+use feeler_catalogue::Keyed;
 use feeler_plant::assembly::resolve;
 use feeler_plant::description::{Axis, SignalName};
 use indexmap::IndexMap;
@@ -12,7 +12,8 @@ use super::document::Document;
 use super::draft::{Draft, Sheet, load};
 use super::followed::{self, followed_by};
 use super::keys::dataset::{
-    ABOUT, CLOCK, COLUMNS, Column, EXPERIMENTS, Experiment, FILE, LogClock, MACHINE, NAME, RATE, SIGNAL, UNIT,
+    ABOUT, CLOCK, COLUMNS, ColumnSpec, EXPERIMENTS, Experiment, FILE, LogClock, MACHINE, NAME, RATE, SIGNAL,
+    UNIT,
 };
 use super::keys::{COLUMN, DATASET, EXPERIMENT};
 use super::kind::FileKind;
@@ -38,7 +39,7 @@ pub struct DatasetFile {
     /// Rate of rows without a clock, Hz.
     pub rate_hz: Option<f64>,
     /// Columns by their name in the files.
-    pub columns: IndexMap<String, Column>,
+    pub columns: IndexMap<String, ColumnSpec>,
     pub experiments: Vec<Experiment>,
 }
 
@@ -99,7 +100,11 @@ fn load_machine(path: &Path, root: &Table, problems: &mut Problems) -> Option<Do
     None
 }
 
-fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) -> IndexMap<String, Column> {
+fn columns(
+    root: &Table,
+    machine: Option<&Document>,
+    problems: &mut Problems,
+) -> IndexMap<String, ColumnSpec> {
     let mut found = IndexMap::new();
     let remedy = format!("add [{COLUMNS}.NAME] with a signal for each column of the files");
     let columns = problems.required(root, COLUMNS, &remedy);
@@ -133,7 +138,7 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
         let fields = reader.fields(&COLUMN, &[], table, &entry.node.origin, &path);
         let unit = table.get(UNIT.name).and_then(|entry| reader.unit(&entry.node, &join(&path, UNIT.name)));
         if let Some(signal) = fields.value(&SIGNAL) {
-            let mut column = Column::plain(own_name(signal));
+            let mut column = ColumnSpec::plain(own_name(signal));
             column.take(&fields);
             if let Some(entry) = table.get("scale").filter(|_| column.scale.abs() <= 0.0) {
                 let message = "with a factor of zero every reading is the same";

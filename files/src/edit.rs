@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use feeler_catalogue::{CORNER, DAMPING_RATIO};
+use feeler_catalogue::{CORNER, DAMPING_RATIO, LOW_PASS};
 use feeler_engine::Scenario;
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
@@ -12,9 +12,6 @@ use super::draft::Setting;
 use super::keys::BASE;
 use super::tree::{Value as Node, node_at};
 use super::write::to_toml;
-
-/// The key of a filter.
-const LOW_PASS: &str = "low_pass";
 
 /// A key and its value.
 pub type Assignment = (String, Setting);

@@ -12,7 +12,7 @@ use feeler_plant::problem::Problem;
 use indexmap::IndexMap;
 
 use super::document::Document;
-use super::keys::dataset::Column;
+use super::keys::dataset::ColumnSpec;
 use super::read::Scope;
 
 /// The controller whose reference the signal is; `None` for other signals.
@@ -32,7 +32,7 @@ pub(crate) fn plain(signal: SignalName, machine: &Machine) -> SignalName {
 /// Marks columns that hold the command of a drive under another name as commands. These are the position of
 /// an imposed body, and the current of a current-driven motor. If another column holds the command, they
 /// remain measurements.
-pub(crate) fn name_commands(columns: &mut IndexMap<String, Column>, scenario: &Scenario) {
+pub(crate) fn name_commands(columns: &mut IndexMap<String, ColumnSpec>, scenario: &Scenario) {
     let machine = &scenario.machine;
     for (i, (drive, actuator)) in machine.actuators.iter().enumerate() {
         let input = match actuator.kind {

@@ -55,7 +55,7 @@ pub use document::{Document, FilePlace};
 pub use draft::{Draft, Setting, read_text};
 pub use edit::{Assignment, assignment, settings_between};
 pub use followed::followed_by;
-pub use keys::dataset::{Column, Experiment, LogClock, Role};
+pub use keys::dataset::{ColumnSpec, Experiment, ExperimentRole, LogClock};
 pub use keys::sweep::{Keep, Sampling};
 pub use located::Located;
 pub use numbers::{Edit, Number, rounded, with_numbers};

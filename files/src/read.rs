@@ -2,7 +2,9 @@
 
 mod values;
 
-use feeler_catalogue::{Absent, Bound, Choice, Content, Contents, Dimension, Key, Keys, Kind, Unit, Variant};
+use feeler_catalogue::{
+    Absent, Bound, Choice, Content, Contents, Dimension, Key, KeyKind, Keys, Unit, Variant,
+};
 use feeler_plant::names::{did_you_mean, list, nearest};
 
 use super::problem::Problems;
@@ -183,18 +185,18 @@ impl Reader<'_> {
         }
     }
 
-    fn example(&self, kind: Kind) -> String {
+    fn example(&self, kind: KeyKind) -> String {
         match kind {
-            Kind::Quantity(unit, _) => match self.scope.dim(unit).si_unit(self.scope.rotational) {
+            KeyKind::Quantity(unit, _) => match self.scope.dim(unit).si_unit(self.scope.rotational) {
                 unit if unit.is_empty() => "1.0".into(),
                 unit => format!("\"... {unit}\""),
             },
-            Kind::Count(..) => "1".into(),
-            Kind::Flag => "true".into(),
-            Kind::Pair | Kind::Signals => "[\"...\", \"...\"]".into(),
-            Kind::Range(_) => "[..., ...]".into(),
-            Kind::Numbers(_, count) => format!("[{}]", vec!["..."; count.max(1)].join(", ")),
-            Kind::Points(_) => "[[0.0, ...], ...]".into(),
+            KeyKind::Count(..) => "1".into(),
+            KeyKind::Flag => "true".into(),
+            KeyKind::Pair | KeyKind::Signals => "[\"...\", \"...\"]".into(),
+            KeyKind::Range(_) => "[..., ...]".into(),
+            KeyKind::Numbers(_, count) => format!("[{}]", vec!["..."; count.max(1)].join(", ")),
+            KeyKind::Points(_) => "[[0.0, ...], ...]".into(),
             _ => "\"...\"".into(),
         }
     }
@@ -202,17 +204,21 @@ impl Reader<'_> {
     /// One value; `None` if it has a mistake, which is recorded.
     fn field(&mut self, key: &'static Key, node: &Node, path: &str) -> Option<Content> {
         match key.kind {
-            Kind::Quantity(unit, bound) => self.quantity(node, unit, bound, path).map(Content::Number),
-            Kind::Count(least, most) => self.count(node, least, most, path).map(Content::Count),
-            Kind::Flag => match node.value {
+            KeyKind::Quantity(unit, bound) => self.quantity(node, unit, bound, path).map(Content::Number),
+            KeyKind::Count(least, most) => self.count(node, least, most, path).map(Content::Count),
+            KeyKind::Flag => match node.value {
                 Value::Flag(flag) => Some(Content::Flag(flag)),
                 _ => self.mistyped(node, "true or false", path),
             },
-            Kind::Text | Kind::Name(_) => match &node.value {
+            KeyKind::Text | KeyKind::Name(_) => match &node.value {
                 Value::Text(text) => Some(Content::Text(text.clone())),
-                _ => self.mistyped(node, if let Kind::Name(what) = key.kind { what } else { "a text" }, path),
+                _ => self.mistyped(
+                    node,
+                    if let KeyKind::Name(what) = key.kind { what } else { "a text" },
+                    path,
+                ),
             },
-            Kind::Pair => match &node.value {
+            KeyKind::Pair => match &node.value {
                 Value::Array(items) => match items.as_slice() {
                     [Node { value: Value::Text(a), .. }, Node { value: Value::Text(b), .. }] => {
                         Some(Content::Pair([a.clone(), b.clone()]))
@@ -221,20 +227,20 @@ impl Reader<'_> {
                 },
                 _ => self.mistyped(node, "a list of two body names, as in [\"ground\", \"motor\"]", path),
             },
-            Kind::Signal => self.signal(node, path).map(|signal| Content::Text(signal.to_string())),
-            Kind::Signals => {
+            KeyKind::Signal => self.signal(node, path).map(|signal| Content::Text(signal.to_string())),
+            KeyKind::Signals => {
                 let items = self.list(node, "a list of signals", path)?;
                 let signals = items.iter().filter_map(|item| self.signal(item, path));
                 Some(Content::Texts(signals.map(|signal| signal.to_string()).collect()))
             }
-            Kind::Word(words) => self.word(node, words, path).map(Content::Word),
-            Kind::Table(shape) => match &node.value {
+            KeyKind::Word(words) => self.word(node, words, path).map(Content::Word),
+            KeyKind::Table(shape) => match &node.value {
                 Value::Table(table) => {
                     Some(Content::Table(self.fields(shape, &[], table, &node.origin, path)))
                 }
                 _ => self.mistyped(node, "a table", path),
             },
-            Kind::QuantityOrTable(short, unit, shape) => {
+            KeyKind::QuantityOrTable(short, unit, shape) => {
                 if let Value::Table(table) = &node.value {
                     return Some(Content::Table(self.fields(shape, &[], table, &node.origin, path)));
                 }
@@ -243,16 +249,16 @@ impl Reader<'_> {
                 table.insert(short, Content::Number(value));
                 Some(Content::Table(table))
             }
-            Kind::WordOrTable(words, shape) => match &node.value {
+            KeyKind::WordOrTable(words, shape) => match &node.value {
                 Value::Table(table) => {
                     Some(Content::Table(self.fields(shape, &[], table, &node.origin, path)))
                 }
                 _ => self.word(node, words, path).map(Content::Word),
             },
-            Kind::Range(unit) => self.range(node, unit, path).map(Content::Range),
-            Kind::Numbers(unit, count) => self.numbers(node, unit, count, path).map(Content::Numbers),
-            Kind::Points(unit) => self.points(node, unit, path).map(Content::Points),
-            Kind::Reference(shape) => match &node.value {
+            KeyKind::Range(unit) => self.range(node, unit, path).map(Content::Range),
+            KeyKind::Numbers(unit, count) => self.numbers(node, unit, count, path).map(Content::Numbers),
+            KeyKind::Points(unit) => self.points(node, unit, path).map(Content::Points),
+            KeyKind::Reference(shape) => match &node.value {
                 Value::Array(_) => self.points(node, Unit::Reference, path).map(Content::Points),
                 Value::Table(table) => {
                     Some(Content::Table(self.fields(shape, &[], table, &node.origin, path)))

@@ -5,7 +5,7 @@ mod prose;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use feeler_catalogue::{Absent, Bound, Choice, Key, Keys, Kind, Unit, Word};
+use feeler_catalogue::{Absent, Bound, Choice, Key, KeyKind, Keys, Unit, Word};
 use feeler_control::reference::REFERENCE;
 use feeler_manipulator::joint_effects;
 use feeler_plant::description::Quantity;
@@ -238,7 +238,7 @@ fn variants(text: &mut String, choice: &Choice) {
 fn nested(text: &mut String, shape: &Keys) {
     let mut seen = Vec::new();
     for key in shape.all_keys() {
-        let (Kind::Table(inner) | Kind::QuantityOrTable(_, _, inner) | Kind::WordOrTable(_, inner)) =
+        let (KeyKind::Table(inner) | KeyKind::QuantityOrTable(_, _, inner) | KeyKind::WordOrTable(_, inner)) =
             key.kind
         else {
             continue;
@@ -270,7 +270,7 @@ fn inner_table(
         variants(text, choice);
     }
     for key in shape.all_keys() {
-        if let Kind::Table(inner) = key.kind {
+        if let KeyKind::Table(inner) = key.kind {
             inner_table(text, &format!("{name}.{}", key.name), inner, described);
         }
     }
@@ -301,28 +301,28 @@ fn default(absent: Absent) -> String {
     }
 }
 
-fn value(kind: Kind) -> String {
+fn value(kind: KeyKind) -> String {
     match kind {
-        Kind::Quantity(unit, bound) => quantity(unit, bound),
-        Kind::Count(least, most) if most == u64::MAX => format!("whole number from {least}"),
-        Kind::Count(least, most) => format!("whole number from {least} to {most}"),
-        Kind::Flag => "`true` or `false`".into(),
-        Kind::Text => "text".into(),
-        Kind::Name(what) => format!("name of {what}"),
-        Kind::Pair => "two names of bodies".into(),
-        Kind::Signal => "signal".into(),
-        Kind::Signals => "list of signals".into(),
-        Kind::Word(words) => choices(words),
-        Kind::Table(_) => "table".into(),
-        Kind::QuantityOrTable(_, unit, _) => format!("{}, or table", quantity(unit, Bound::Positive)),
-        Kind::WordOrTable(words, _) => format!("{}, or table", choices(words)),
-        Kind::Range(unit) => format!("two numbers, {}", unit.words()),
-        Kind::Numbers(unit, count) => {
+        KeyKind::Quantity(unit, bound) => quantity(unit, bound),
+        KeyKind::Count(least, most) if most == u64::MAX => format!("whole number from {least}"),
+        KeyKind::Count(least, most) => format!("whole number from {least} to {most}"),
+        KeyKind::Flag => "`true` or `false`".into(),
+        KeyKind::Text => "text".into(),
+        KeyKind::Name(what) => format!("name of {what}"),
+        KeyKind::Pair => "two names of bodies".into(),
+        KeyKind::Signal => "signal".into(),
+        KeyKind::Signals => "list of signals".into(),
+        KeyKind::Word(words) => choices(words),
+        KeyKind::Table(_) => "table".into(),
+        KeyKind::QuantityOrTable(_, unit, _) => format!("{}, or table", quantity(unit, Bound::Positive)),
+        KeyKind::WordOrTable(words, _) => format!("{}, or table", choices(words)),
+        KeyKind::Range(unit) => format!("two numbers, {}", unit.words()),
+        KeyKind::Numbers(unit, count) => {
             let form = if count > 0 { format!("list of {count} numbers") } else { "list of numbers".into() };
             if unit.words().is_empty() { form } else { format!("{form}, {}", unit.words()) }
         }
-        Kind::Points(unit) => format!("pairs of s and {}", unit.words()),
-        Kind::Reference(_) => "number, pairs of time and value, or table".into(),
+        KeyKind::Points(unit) => format!("pairs of s and {}", unit.words()),
+        KeyKind::Reference(_) => "number, pairs of time and value, or table".into(),
     }
 }
 

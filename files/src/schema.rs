@@ -3,7 +3,7 @@
 mod shared;
 
 use crate::keys::Element;
-use feeler_catalogue::{Absent, Bound, Key, Keys, Kind, Unit, Variant, Word};
+use feeler_catalogue::{Absent, Bound, Key, KeyKind, Keys, Unit, Variant, Word};
 use feeler_manipulator::joint_effects;
 use feeler_plant::effects::{self, Definition, HostKind, LIBRARY, Parameter};
 use serde_json::{Map, Value, json};
@@ -298,11 +298,11 @@ fn required(keys: &[Key]) -> Vec<&'static str> {
 
 fn of_key(key: &Key) -> Value {
     let unit = match key.kind {
-        Kind::Quantity(unit, _)
-        | Kind::QuantityOrTable(_, unit, _)
-        | Kind::Range(unit)
-        | Kind::Numbers(unit, _)
-        | Kind::Points(unit) => unit.words(),
+        KeyKind::Quantity(unit, _)
+        | KeyKind::QuantityOrTable(_, unit, _)
+        | KeyKind::Range(unit)
+        | KeyKind::Numbers(unit, _)
+        | KeyKind::Points(unit) => unit.words(),
         _ => String::new(),
     };
     let text = if unit.is_empty() { key.text.to_owned() } else { format!("{}, {unit}", key.text) };
@@ -320,33 +320,35 @@ fn of_key(key: &Key) -> Value {
     schema
 }
 
-fn of_kind(kind: Kind) -> Value {
+fn of_kind(kind: KeyKind) -> Value {
     let nested = |shape: &Keys| of_shape(shape, &Map::new());
     let signal = json!({ "type": "string", "pattern": "^.+\\.[a-z_]+$" });
     match kind {
-        Kind::Quantity(unit, bound) => of_quantity(unit, bound),
-        Kind::Count(least, most) => json!({ "type": "integer", "minimum": least, "maximum": most }),
-        Kind::Flag => json!({ "type": "boolean" }),
-        Kind::Text | Kind::Name(_) => json!({ "type": "string" }),
-        Kind::Pair => json!({ "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 }),
-        Kind::Signal => signal,
-        Kind::Signals => json!({ "type": "array", "items": signal }),
-        Kind::Word(words) => of_words(words),
-        Kind::Table(shape) => nested(shape),
-        Kind::QuantityOrTable(_, unit, shape) => {
+        KeyKind::Quantity(unit, bound) => of_quantity(unit, bound),
+        KeyKind::Count(least, most) => json!({ "type": "integer", "minimum": least, "maximum": most }),
+        KeyKind::Flag => json!({ "type": "boolean" }),
+        KeyKind::Text | KeyKind::Name(_) => json!({ "type": "string" }),
+        KeyKind::Pair => {
+            json!({ "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 })
+        }
+        KeyKind::Signal => signal,
+        KeyKind::Signals => json!({ "type": "array", "items": signal }),
+        KeyKind::Word(words) => of_words(words),
+        KeyKind::Table(shape) => nested(shape),
+        KeyKind::QuantityOrTable(_, unit, shape) => {
             json!({ "anyOf": [of_quantity(unit, Bound::Positive), nested(shape)] })
         }
-        Kind::WordOrTable(words, shape) => json!({ "anyOf": [of_words(words), nested(shape)] }),
-        Kind::Range(unit) => {
+        KeyKind::WordOrTable(words, shape) => json!({ "anyOf": [of_words(words), nested(shape)] }),
+        KeyKind::Range(unit) => {
             json!({ "type": "array", "items": of_quantity(unit, Bound::Any), "minItems": 2, "maxItems": 2 })
         }
-        Kind::Numbers(unit, 0) => json!({ "type": "array", "items": of_quantity(unit, Bound::Any) }),
-        Kind::Numbers(unit, count) => {
+        KeyKind::Numbers(unit, 0) => json!({ "type": "array", "items": of_quantity(unit, Bound::Any) }),
+        KeyKind::Numbers(unit, count) => {
             let items = of_quantity(unit, Bound::Any);
             json!({ "type": "array", "items": items, "minItems": count, "maxItems": count })
         }
-        Kind::Points(unit) => of_points(unit),
-        Kind::Reference(shape) => {
+        KeyKind::Points(unit) => of_points(unit),
+        KeyKind::Reference(shape) => {
             let number = of_quantity(Unit::Reference, Bound::Any);
             json!({ "anyOf": [number, of_points(Unit::Reference), nested(shape)] })
         }

@@ -6,7 +6,7 @@ mod machine;
 
 use std::fmt::Write as _;
 
-use feeler_catalogue::{Content, Contents, Keys, Record};
+use feeler_catalogue::{Content, Contents, Keyed, Keys};
 use feeler_engine::{RunSettings, Scenario};
 use feeler_plant::description::{Axis, Machine};
 use feeler_plant::effects::EffectUse;
@@ -121,13 +121,13 @@ impl Writer {
     }
 
     /// The keys of a record, except the one of its form.
-    fn record(&mut self, record: &impl Record) {
+    fn record(&mut self, record: &impl Keyed) {
         for (name, content) in record.contents().iter() {
             self.line(name, inline(content));
         }
     }
 
-    fn form<T: Record>(&mut self, element: &Element, record: &T) {
+    fn form<T: Keyed>(&mut self, element: &Element, record: &T) {
         if let Some((choice, form)) = element.shape.choice.as_ref().zip(record.form()) {
             self.words(choice.key, form.name);
         }

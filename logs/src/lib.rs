@@ -42,5 +42,5 @@ pub use clock::{Clock, ClockUnit, median_step};
 pub use error::{LogError, LogPlace};
 pub use grid::{Pick, Series, on_one_grid};
 pub use kind::Format;
-pub use source::{Source, read_file, sources};
+pub use source::{LogSource, read_file, sources};
 pub use table::{BadCells, Column, Run, Table};

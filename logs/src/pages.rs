@@ -67,13 +67,13 @@ impl PageReader for Checked {
         if self.next.is_none() {
             self.next = self.read()?;
         }
-        let told = |page: &Page| match page {
+        let counts = |page: &Page| match page {
             Page::DataPage { num_values, .. } => (None, Some(*num_values)),
             Page::DataPageV2 { num_values, num_rows, .. } => (Some(*num_rows), Some(*num_values)),
             Page::DictionaryPage { .. } => (None, None),
         };
         Ok(self.next.as_ref().map(|page| {
-            let (rows, levels) = told(page);
+            let (rows, levels) = counts(page);
             PageMetadata {
                 num_rows: rows.map(|n| n as usize),
                 num_levels: levels.map(|n| n as usize),
@@ -170,8 +170,8 @@ mod tests {
         let mut read = pages(Vec::from(sound));
         let rows = [None, None, Some(1)];
         for (i, rows) in rows.into_iter().enumerate() {
-            let told = read.peek_next_page().expect("sound").expect("a page");
-            assert_eq!((told.num_rows, told.is_dict), (rows, i == 0));
+            let page = read.peek_next_page().expect("sound").expect("a page");
+            assert_eq!((page.num_rows, page.is_dict), (rows, i == 0));
             assert_eq!(
                 read.get_next_page().expect("sound").map(|page| page.is_dictionary_page()),
                 Some(i == 0)

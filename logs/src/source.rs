@@ -23,7 +23,7 @@ const MOST_DEEP: usize = 3;
 
 /// A unit of reading: files that belong to one log.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Source {
+pub struct LogSource {
     /// Files that belong together.
     pub files: Vec<PathBuf>,
     pub format: Format,
@@ -36,7 +36,7 @@ pub struct Source {
 ///
 /// # Errors
 /// A path that cannot be opened or is not a log, or a folder without logs.
-pub fn sources(paths: &[&Path]) -> Result<Vec<Source>, LogError> {
+pub fn sources(paths: &[&Path]) -> Result<Vec<LogSource>, LogError> {
     let mut found = Vec::new();
     let mut texts = Vec::new();
     for path in paths {
@@ -54,7 +54,7 @@ pub fn sources(paths: &[&Path]) -> Result<Vec<Source>, LogError> {
         } else {
             match kind::of(path)? {
                 Format::Csv => texts.push((*path).to_owned()),
-                format => found.push(Source::of(path, format)),
+                format => found.push(LogSource::of(path, format)),
             }
         }
     }
@@ -65,23 +65,23 @@ pub fn sources(paths: &[&Path]) -> Result<Vec<Source>, LogError> {
 /// Reads the runs of one file, or of its data set.
 ///
 /// # Errors
-/// As [`sources`] and [`Source::read`].
+/// As [`sources`] and [`LogSource::read`].
 pub fn read_file(path: &Path, clock: Option<ClockUnit>) -> Result<Vec<Run>, LogError> {
     let state = fs::metadata(path).map_err(LogError::open(path))?;
     if state.is_dir() {
         let mut runs = Vec::new();
         for source in sources(&[path])? {
-            runs.extend(Source { clock, ..source }.read()?);
+            runs.extend(LogSource { clock, ..source }.read()?);
         }
         return Ok(runs);
     }
     if !state.is_file() {
         return Err(LogError::other(path, "it is not a regular file", "name a file or a folder"));
     }
-    Source { clock, ..Source::of(path, kind::of(path)?) }.read()
+    LogSource { clock, ..LogSource::of(path, kind::of(path)?) }.read()
 }
 
-impl Source {
+impl LogSource {
     /// The same with a known unit of its clocks, which overrides that of the files.
     #[must_use]
     pub fn with_clock(self, clock: Option<ClockUnit>) -> Self {
@@ -161,13 +161,13 @@ fn name_of(path: &Path) -> String {
 }
 
 /// Searches a folder for logs: those of one bag or of one run are one source.
-fn folder(path: &Path, depth: usize, found: &mut Vec<Source>) -> Result<(), LogError> {
+fn folder(path: &Path, depth: usize, found: &mut Vec<LogSource>) -> Result<(), LogError> {
     // A dataset among logs was made from them.
     if depth > 0 && path.join("dataset.toml").exists() {
         return Ok(());
     }
     if lerobot::is_one(path) {
-        found.extend(lerobot::files(path)?.iter().map(|file| Source::of(file, Format::Parquet)));
+        found.extend(lerobot::files(path)?.iter().map(|file| LogSource::of(file, Format::Parquet)));
         return Ok(());
     }
     let mut entries: Vec<PathBuf> =
@@ -185,14 +185,14 @@ fn folder(path: &Path, depth: usize, found: &mut Vec<Source>) -> Result<(), LogE
         }
         match ending(entry).as_str() {
             "mcap" | "db3" if is_bag => bag.push(entry.clone()),
-            "mcap" | "db3" | "parquet" | "npz" | "npy" => found.push(Source::of(entry, kind::of(entry)?)),
+            "mcap" | "db3" | "parquet" | "npz" | "npy" => found.push(LogSource::of(entry, kind::of(entry)?)),
             "csv" | "tsv" | "dat" => texts.push(entry.clone()),
             _ => {}
         }
     }
     if let Some(first) = bag.first() {
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        let mut source = Source::of(first, kind::of(first)?);
+        let mut source = LogSource::of(first, kind::of(first)?);
         (source.files, source.name) = (bag, name);
         found.push(source);
     }
@@ -201,15 +201,15 @@ fn folder(path: &Path, depth: usize, found: &mut Vec<Source>) -> Result<(), LogE
 }
 
 /// Tables of text: those with equal headers are separate runs, those with different ones are one run.
-fn together(texts: Vec<PathBuf>, folder: Option<&Path>) -> Vec<Source> {
+fn together(texts: Vec<PathBuf>, folder: Option<&Path>) -> Vec<LogSource> {
     let heads: Vec<Vec<u8>> = texts.iter().map(|path| first_line(path).unwrap_or_default()).collect();
     let are_alike = heads.windows(2).any(|pair| pair[0] == pair[1]);
     if texts.len() < 2 || are_alike {
-        return texts.iter().map(|path| Source::of(path, Format::Csv)).collect();
+        return texts.iter().map(|path| LogSource::of(path, Format::Csv)).collect();
     }
     let name = folder.and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
     let name = name.unwrap_or_else(|| name_of(&texts[0]));
-    vec![Source { files: texts, format: Format::Csv, clock: None, name, lerobot: None }]
+    vec![LogSource { files: texts, format: Format::Csv, clock: None, name, lerobot: None }]
 }
 
 fn first_line(path: &Path) -> io::Result<Vec<u8>> {

@@ -10,29 +10,29 @@ const UNFINISHED: &str = ".tmp";
 
 /// Writes a file completely or not at all, even if the process or the machine stops, or several processes
 /// write the same file. The data go to another name beside it, are synchronised, then renamed; an existing
-/// `path` is replaced. `write` returns the file when it has finished. `told` converts a system error.
+/// `path` is replaced. `write` returns the file when it has finished. `convert` converts a system error.
 ///
 /// # Errors
-/// Those of `write`, and `told` of system errors; the new file is then removed.
+/// Those of `write`, and `convert` of system errors; the new file is then removed.
 pub fn write_whole<E>(
     path: &Path,
-    told: &dyn Fn(io::Error) -> E,
+    convert: &dyn Fn(io::Error) -> E,
     write: impl FnOnce(File) -> Result<File, E>,
 ) -> Result<(), E> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     // Processes on several machines may have the same number.
     name.push(format!(".{:016x}{UNFINISHED}", RandomState::new().hash_one(std::process::id())));
     let temporary = path.with_file_name(name);
-    let file = File::create(&temporary).map_err(told)?;
+    let file = File::create(&temporary).map_err(convert)?;
     let written = write(file)
-        .and_then(|file| file.sync_all().map_err(told))
-        .and_then(|()| fs::rename(&temporary, path).map_err(told));
+        .and_then(|file| file.sync_all().map_err(convert))
+        .and_then(|()| fs::rename(&temporary, path).map_err(convert));
     if let Err(error) = written {
         // The incomplete file is useless; only the error of the writing matters.
         let _ = fs::remove_file(&temporary);
         return Err(error);
     }
-    sync_folder(folder_of(path)).map_err(told)
+    sync_folder(folder_of(path)).map_err(convert)
 }
 
 /// Removes temporary files that interrupted calls of [`write_whole`] for `path` have left. A call that is

@@ -5,7 +5,7 @@ use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::measured_response;
 use feeler_files::{DatasetFile, Draft};
 use feeler_problem::Remedy;
-use feeler_studies::frf::{FrfError, Response, csv, json, row, simulate};
+use feeler_studies::frf::{FrequencyResponse, FrfError, csv, json, row, simulate};
 
 use crate::arguments::{ExcitationKind, Frf};
 use crate::numbers::plain;
@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &Frf) -> crate::Result<()> {
     })
 }
 
-fn text(response: &Response) -> String {
+fn text(response: &FrequencyResponse) -> String {
     let estimate = &response.estimate;
     let lines = estimate.frequencies_hz.len();
     // Evenly spaced on a logarithmic scale.
@@ -88,7 +88,7 @@ fn text(response: &Response) -> String {
 }
 
 /// The response of a machine, excited in simulation.
-fn simulated(arguments: &Frf) -> crate::Result<Response> {
+fn simulated(arguments: &Frf) -> crate::Result<FrequencyResponse> {
     require(
         arguments.experiments.is_empty(),
         || "--experiment names a record of a dataset, and this is a scenario".to_owned(),
@@ -101,7 +101,7 @@ fn simulated(arguments: &Frf) -> crate::Result<Response> {
 }
 
 /// The response from the records of a dataset.
-fn measured(arguments: &Frf) -> crate::Result<Response> {
+fn measured(arguments: &Frf) -> crate::Result<FrequencyResponse> {
     refuse_experiment(arguments)?;
     let file = DatasetFile::load(&arguments.source)?;
     let data = Dataset::load(&arguments.source)?;

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use feeler_diagnosis::import::{
-    Guess, Model, Options, Role, RunSummary, Survey, TableSummary, UnitGuess, import,
+    ColumnRole, Guess, Model, Options, RunSummary, Survey, TableSummary, UnitGuess, import,
 };
 use feeler_logs::ClockUnit;
 use feeler_problem::short;
@@ -40,12 +40,12 @@ fn options(arguments: &Import) -> Options {
         .or_else(|| arguments.urdf.clone().map(Model::Urdf))
         .or_else(|| arguments.mjcf.clone().map(Model::Mjcf));
     let stated = [
-        (Role::Target, &arguments.target),
-        (Role::TargetVelocity, &arguments.target_velocity),
-        (Role::FeedForward, &arguments.feed_forward),
-        (Role::Command, &arguments.command),
-        (Role::Position, &arguments.position),
-        (Role::Effort, &arguments.effort),
+        (ColumnRole::Target, &arguments.target),
+        (ColumnRole::TargetVelocity, &arguments.target_velocity),
+        (ColumnRole::FeedForward, &arguments.feed_forward),
+        (ColumnRole::Command, &arguments.command),
+        (ColumnRole::Position, &arguments.position),
+        (ColumnRole::Effort, &arguments.effort),
     ];
     Options {
         clock: arguments.clock.as_deref().and_then(ClockUnit::named),
@@ -169,9 +169,9 @@ fn followed_by(text: &mut String, joint: &str, guess: &Guess) {
     let _ = writeln!(
         text,
         "{of}`{}` {} `{}` {} ms later (correlation {:.4})",
-        name(Role::Position),
+        name(ColumnRole::Position),
         if follow.is_turned() { "moves against" } else { "follows" },
-        name(Role::Target),
+        name(ColumnRole::Target),
         short(1e3 * follow.lag_s),
         follow.correlation
     );

@@ -57,15 +57,9 @@ pub(crate) fn run(arguments: &Reduce) -> crate::Result<()> {
         progress.into_inner().unwrap_or_else(PoisonError::into_inner).done();
         Some(map?)
     };
-    let backup = match &arguments.out {
-        Some(path) if path.is_file() => terminal::write_kept(path, &axis.text)?,
-        Some(path) => {
-            std::fs::write(path, &axis.text).map_err(|error| BadInput::unwritable(path, &error))?;
-            None
-        }
-        None => None,
-    };
-    if let (Some(path), Some(backup)) = (&arguments.out, backup) {
+    if let Some(path) = &arguments.out
+        && let Some(backup) = terminal::write_kept(path, &axis.text)?
+    {
         terminal::complain(&format!("{} is new; what it was is in {}", path.display(), backup.display()));
     }
     if let (Some(path), Some(map)) = (&arguments.map_out, &map) {

@@ -70,8 +70,8 @@ fn once(arguments: &Run) -> crate::Result<()> {
     let units = Units::of(&document.scenario.machine);
     let cost = word_on_cost(&document).unwrap_or_default();
     let energies = word_on_energies(arguments, summary);
-    let told = words::told(&document.scenario, summary, units, &doubts);
-    let said = format!("{}: {}", summary.name, told.join("\n"));
+    let account = words::account(&document.scenario, summary, units, &doubts);
+    let said = format!("{}: {}", summary.name, account.sentences.join("\n"));
     let asides: String = [cost.as_str(), energies]
         .iter()
         .filter(|aside| !aside.is_empty())

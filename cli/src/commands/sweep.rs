@@ -51,7 +51,7 @@ pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {
         [path].into_iter().chain(&drawn).map(|path| format!("  {}", path.display())).collect();
     terminal::print(&format!(
         "{answer}{}\n\n{}\n\nwrote\n{}",
-        told(&sweep, &result, wall_s),
+        finished_text(&sweep, &result, wall_s),
         outcomes(&tally),
         written.join("\n")
     ))
@@ -67,7 +67,7 @@ fn name(sweep: &sweep::Sweep, file: &Path) -> String {
     terminal::results::safe_name(&own, OTHERWISE)
 }
 
-fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
+fn finished_text(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
     let progress = result.progress;
     let variants = count(progress.total as usize, "variant", "variants");
     let text = match (progress.done, progress.found) {

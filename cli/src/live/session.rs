@@ -182,8 +182,8 @@ impl Session {
         let rest = || self.moves.rest();
         let of_block = |block: &[&Value]| {
             let scenarios: Vec<Option<Scenario>> = block.iter().map(|point| at(point)).collect();
-            let mut told = outcomes(scenarios.iter().flatten().cloned().collect(), &rest).into_iter();
-            let outcome = |scenario: Option<Scenario>| scenario.and_then(|_| told.next().flatten());
+            let mut next_outcome = outcomes(scenarios.iter().flatten().cloned().collect(), &rest).into_iter();
+            let outcome = |scenario: Option<Scenario>| scenario.and_then(|_| next_outcome.next().flatten());
             scenarios.into_iter().map(outcome).map(|o| o.map(Outcome::name)).collect::<Vec<_>>()
         };
         let found: Vec<Option<&str>> =
@@ -292,10 +292,10 @@ fn values(asked: &Value) -> impl Iterator<Item = (String, f64)> {
 
 /// Mistakes of numbers that a page has set: with their keys, without places in a file.
 fn plainly(error: &FormatError) -> String {
-    let told = |found: &Located| {
+    let described = |found: &Located| {
         Problem::new(found.key.as_str(), found.message.as_str(), found.remedy.as_str()).to_string()
     };
-    in_few_lines(error, told)
+    in_few_lines(error, described)
 }
 
 /// Mistakes of the file: their lines and keys.
@@ -303,8 +303,8 @@ fn in_file(error: &FormatError) -> String {
     in_few_lines(error, ToString::to_string)
 }
 
-fn in_few_lines(error: &FormatError, told: impl Fn(&Located) -> String) -> String {
-    let mut lines: Vec<String> = error.problems.iter().take(MOST_MISTAKES).map(told).collect();
+fn in_few_lines(error: &FormatError, described: impl Fn(&Located) -> String) -> String {
+    let mut lines: Vec<String> = error.problems.iter().take(MOST_MISTAKES).map(described).collect();
     let more = error.problems.len() + error.omitted - lines.len();
     lines.extend((more > 0).then(|| format!("and {}", count(more, "further mistake", "further mistakes"))));
     lines.join("\n")

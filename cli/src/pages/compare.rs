@@ -45,9 +45,9 @@ pub(crate) fn figures(taken: &[Taken]) -> Vec<Vec<String>> {
     };
     let hz = |value: f64| with_unit(value, "Hz");
     // Figures of an unstable loop are theoretical only.
-    let stable = |figures: &LoopFigures, told| match figures.is_stable {
+    let stable = |figures: &LoopFigures, figure| match figures.is_stable {
         Some(false) => Some("unstable".to_owned()),
-        _ => told,
+        _ => figure,
     };
     vec![
         of_run("outcome", &|summary, _| words::label(summary).to_owned()),

@@ -110,13 +110,16 @@ impl Shown<'_> {
         let mut outcome = Value::Null;
         match &self.run {
             Some(Ok(result)) => {
-                for (name, chart) in ["force", "drive"].into_iter().zip(run::glance(self.document, result)) {
+                for (name, chart) in ["force", "drive"].into_iter().zip(run::overview(self.document, result))
+                {
                     charts.insert(name.into(), up_to(chart, self.cut_from_s).to_json());
                 }
                 outcome = json!(result.summary.outcome.name());
                 // A shortened run is undecided because it is short, which needs no words.
                 if self.cut_from_s.is_none() || result.summary.outcome != Outcome::Undecided {
-                    said.extend(words::told(&self.document.scenario, &result.summary, units, &self.doubts));
+                    let account =
+                        words::account(&self.document.scenario, &result.summary, units, &self.doubts);
+                    said.extend(account.sentences);
                 }
                 said.extend(self.cut_from_s.map(|whole_s| {
                     format!(

@@ -107,8 +107,11 @@ pub(crate) fn rewrite(path: &Path, text: &str) -> io::Result<PathBuf> {
 }
 
 /// Writes a file that the user may have edited. Another text that it replaces is copied first, to the path
-/// that is returned.
+/// that is returned. A device takes the text as it is.
 pub(crate) fn write_kept(path: &Path, text: &str) -> crate::Result<Option<PathBuf>> {
+    if path.exists() && !path.is_file() {
+        return fs::write(path, text).map(|()| None).map_err(|error| BadInput::unwritable(path, &error));
+    }
     if fs::read(path).is_ok_and(|old| old != text.as_bytes()) {
         return rewrite(path, text).map(Some).map_err(|error| BadInput::unwritable(path, &error));
     }

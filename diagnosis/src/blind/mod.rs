@@ -19,8 +19,8 @@ pub use cases::{Case, HiddenEffect};
 pub use make::{CASES, HELD_BACK, SEALED, make};
 pub use regression::{Regressed, regressions};
 pub use score::{
-    Answered, AnsweredEffect, Calibration, CaseScore, Measure, NOTHING, Score, ScoredValue, UNKNOWN, Unit,
-    score,
+    Answered, AnsweredEffect, Calibration, CaseScore, Measure, MeasureUnit, NOTHING, Score, ScoredValue,
+    UNKNOWN, score,
 };
 pub use seal::unseal;
 pub use servo::{ServoConditions, make_servo};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use feeler_files::{Experiment, Role};
+use feeler_files::{Experiment, ExperimentRole};
 use feeler_plant::description::{Engagement, Quantity};
 use feeler_plant::names::nearest;
 
@@ -246,7 +246,7 @@ impl Reader<'_> {
         Record {
             name: file_name(&self.experiment.file),
             engagement: self.experiment.engagement,
-            is_check: self.experiment.role == Some(Role::Check),
+            is_check: self.experiment.role == Some(ExperimentRole::Check),
             repeat: self.experiment.repeat.clone(),
             start_s: times_s[0],
             times_s,

@@ -8,7 +8,7 @@
 
 use std::cmp::Reverse;
 
-use feeler_files::Column;
+use feeler_files::ColumnSpec;
 use feeler_plant::assembly::{Assembly, GROUND_NODE, Source, assemble};
 use feeler_plant::description::{Engagement, Machine, Quantity};
 use indexmap::IndexMap;
@@ -60,7 +60,7 @@ pub(super) struct Odd {
 pub(super) struct Body<'a> {
     pub(super) dataset: &'a Dataset,
     /// The columns as the dataset's file states them.
-    columns: &'a IndexMap<String, Column>,
+    columns: &'a IndexMap<String, ColumnSpec>,
     pub(super) assembly: Assembly,
     /// For each node, the lowest node rigidly joined to it.
     pub(super) groups: Vec<usize>,
@@ -68,7 +68,7 @@ pub(super) struct Body<'a> {
 
 /// Reports factors between units and shifts in time, each once: with the first experiment that shows it, and
 /// the number of such experiments.
-pub(super) fn check(dataset: &Dataset, columns: &IndexMap<String, Column>) -> Vec<Fault> {
+pub(super) fn check(dataset: &Dataset, columns: &IndexMap<String, ColumnSpec>) -> Vec<Fault> {
     let Ok(assembly) = assemble(&dataset.machine) else { return Vec::new() };
     let groups = groups(&assembly);
     let body = Body { dataset, columns, assembly, groups };

@@ -29,7 +29,7 @@ pub(crate) use scatter::{of_readings as scatter_of, of_series as scatter};
 
 use std::path::Path;
 
-use feeler_files::{DatasetFile, Role, followed_by};
+use feeler_files::{DatasetFile, ExperimentRole, followed_by};
 use feeler_plant::assembly::{Source, resolve};
 use feeler_plant::description::{Machine, Quantity};
 use indexmap::IndexMap;
@@ -104,7 +104,8 @@ impl Dataset {
             !(follows && contradictions.iter().any(|other| named(&other)))
         });
         dataset.warnings.extend(contradictions);
-        let roles: Vec<Option<Role>> = file.experiments.iter().map(|experiment| experiment.role).collect();
+        let roles: Vec<Option<ExperimentRole>> =
+            file.experiments.iter().map(|experiment| experiment.role).collect();
         dataset.split(&roles);
         dataset.join();
         Ok(dataset)
@@ -183,7 +184,7 @@ impl Dataset {
 
     /// If no experiment is set aside for scoring, sets aside about every third, so that every kind of
     /// experiment is fitted and scored. Reports those whose stated role was `fit`.
-    fn split(&mut self, roles: &[Option<Role>]) {
+    fn split(&mut self, roles: &[Option<ExperimentRole>]) {
         if self.records.iter().any(|record| record.is_check) || self.records.len() < 2 {
             return;
         }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use feeler_files::{Column, DatasetFile, LogClock};
+use feeler_files::{ColumnSpec, DatasetFile, LogClock};
 use feeler_logs::{ClockUnit, LogError, Pick, Run, on_one_grid, read_file};
 use indexmap::IndexMap;
 
@@ -28,7 +28,7 @@ pub(super) fn table(dataset: &DatasetFile, path: &Path, held: &[&str]) -> Result
     }
     let columns = &dataset.columns;
     let names: Vec<String> = columns.iter().map(|(name, column)| in_file(name, column)).collect();
-    let found: Vec<(&String, &Column, &str)> = (columns.iter().zip(&names))
+    let found: Vec<(&String, &ColumnSpec, &str)> = (columns.iter().zip(&names))
         .filter(|(_, inside)| run.find(inside).is_some())
         .map(|((name, column), inside)| (name, column, inside.as_str()))
         .collect();
@@ -69,12 +69,16 @@ fn unit_of(clock: LogClock) -> ClockUnit {
 }
 
 /// Identifier of a column in a file: its number if stated, otherwise its name.
-fn in_file(name: &str, column: &Column) -> String {
+fn in_file(name: &str, column: &ColumnSpec) -> String {
     column.number.map_or_else(|| name.to_owned(), |number| number.to_string())
 }
 
 /// Names of columns that the dataset does not use.
-fn others(run: &Run, found: &[(&String, &Column, &str)], columns: &IndexMap<String, Column>) -> Vec<String> {
+fn others(
+    run: &Run,
+    found: &[(&String, &ColumnSpec, &str)],
+    columns: &IndexMap<String, ColumnSpec>,
+) -> Vec<String> {
     let is_used = |name: &String| found.iter().any(|(_, _, inside)| inside == name);
     run.names()
         .into_iter()
@@ -82,7 +86,7 @@ fn others(run: &Run, found: &[(&String, &Column, &str)], columns: &IndexMap<Stri
         .collect()
 }
 
-fn in_si(mut values: Vec<f64>, column: &Column) -> Vec<f64> {
+fn in_si(mut values: Vec<f64>, column: &ColumnSpec) -> Vec<f64> {
     if column.is_si() {
         return values;
     }

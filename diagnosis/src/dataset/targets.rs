@@ -24,13 +24,13 @@ impl Body<'_> {
         let lag = (MOST_LAG_S / (stride as f64 * record.spacing_s)) as usize;
         let most = lag.min(record.len() / stride / 4);
         for (driven, command) in self.dataset.drives.iter().zip(&record.commands) {
-            let target = swings(command, stride);
+            let target = without_mean(command, stride);
             for (channel, series) in self.dataset.channels.iter().zip(&record.series) {
                 if !self.is_followed_by(driven, channel) {
                     continue;
                 }
                 odd.extend(self.beside(r, driven, channel, [command, series]));
-                let moved = self.without_gain(channel, swings(series, stride));
+                let moved = self.without_gain(channel, without_mean(series, stride));
                 let is_held = self.is_held_at(driven, frequency(&moved, stride as f64 * record.spacing_s));
                 let found = compare(&target, &moved, most, SAME_MOTION);
                 if let Some(found) = found.filter(|_| is_held) {
@@ -123,7 +123,7 @@ fn frequency(series: &[f64], spacing_s: f64) -> f64 {
 }
 
 /// Every `stride`-th row of a series, less the mean.
-fn swings(series: &[f64], stride: usize) -> Vec<f64> {
+fn without_mean(series: &[f64], stride: usize) -> Vec<f64> {
     let kept: Vec<f64> = series.iter().step_by(stride).copied().collect();
     let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;
     kept.into_iter().map(|x| x - mean).collect()

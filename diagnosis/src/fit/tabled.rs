@@ -1,6 +1,6 @@
 //! A machine with a table of the force that its guide lacks, over position, speed or direction.
 
-use feeler_plant::assembly::{Assembly, NodeId, POINTS, Table};
+use feeler_plant::assembly::{Assembly, NodeId, POINTS, TabulatedForce};
 use feeler_plant::description::Site;
 use feeler_plant::effects::Kind;
 use nalgebra::{DMatrix, DVector};
@@ -31,7 +31,7 @@ pub(crate) struct Tabled {
     pub(crate) scored: Scored,
     pub(crate) site: Site,
     pub(crate) kind: Kind,
-    pub(crate) table: Table,
+    pub(crate) table: TabulatedForce,
 }
 
 /// Fits a table to the force that a fitted model lacks at a guide, together with all unknowns of the model.
@@ -53,7 +53,7 @@ pub(crate) fn tabled(task: &Task<'_>, base: &Scored, checks: &[usize]) -> Option
     let (fitted, checked) = (missing(&task.fitted), missing(checks));
     let read = |kind: Kind| {
         let values = regressed(kind, &along.seen(kind, &fitted))?;
-        let table = Table::of(&values);
+        let table = TabulatedForce::of(&values);
         Some((kind, left(&along.seen(kind, &checked), &table)?, values))
     };
     let found = KINDS.into_iter().filter_map(read).min_by(|a, b| a.1.total_cmp(&b.1));
@@ -61,7 +61,7 @@ pub(crate) fn tabled(task: &Task<'_>, base: &Scored, checks: &[usize]) -> Option
     let (model, theta) = base.fitted.model.with_table(&base.fitted.theta, site, kind, &start);
     let fitted = task.fit(&model, &theta, STEPS);
     let last = fitted.model.tried.len() - 1;
-    let table = Table::of(&fitted.model.parameters(last, &fitted.theta));
+    let table = TabulatedForce::of(&fitted.model.parameters(last, &fitted.theta));
     Some(Tabled { scored: score(task, base.causes.clone(), fitted), site, kind, table })
 }
 
@@ -90,7 +90,7 @@ impl Along {
 }
 
 /// Share of the mean square missing force that a table leaves; `None` if no force is missing.
-fn left(missing: &[Missing], table: &Table) -> Option<f64> {
+fn left(missing: &[Missing], table: &TabulatedForce) -> Option<f64> {
     let sum = |of: &dyn Fn(&Missing) -> f64| missing.iter().map(|one| of(one).powi(2)).sum::<f64>();
     let all = sum(&|one| one.force);
     (all > 0.0).then(|| sum(&|one| one.force - one.factor * table.force(one.at)) / all)
@@ -126,8 +126,9 @@ fn regressed(kind: Kind, missing: &[Missing]) -> Option<Vec<f64>> {
     if missing.len() < FEWEST || from >= to {
         return None;
     }
-    let alone = |i: usize| Table::between(from, to, std::array::from_fn(|j| f64::from(u8::from(i == j))));
-    let shapes: [Table; POINTS] = std::array::from_fn(alone);
+    let alone =
+        |i: usize| TabulatedForce::between(from, to, std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let shapes: [TabulatedForce; POINTS] = std::array::from_fn(alone);
     let mut a = DMatrix::<f64>::zeros(POINTS, POINTS);
     let mut b = DVector::<f64>::zeros(POINTS);
     for Missing { at, factor, force } in missing {
@@ -215,15 +216,16 @@ mod tests {
     #[test]
     fn truth_a_table_is_read_off_its_own_forces() {
         let forces = [0.0, 1.0, 5.0, 2.0, 3.0, 0.0, 0.0, 4.0, 1.0];
-        let (place, speed) = (Table::between(-0.1, 0.3, forces), Table::between(-0.2, 0.2, forces));
-        let made: [(Kind, &Table, Vec<[f64; 4]>); 3] = [
+        let (place, speed) =
+            (TabulatedForce::between(-0.1, 0.3, forces), TabulatedForce::between(-0.2, 0.2, forces));
+        let made: [(Kind, &TabulatedForce, Vec<[f64; 4]>); 3] = [
             (Kind::ForceTable, &place, portrait_of(|x, _| place.force(x))),
             (Kind::SpeedTable, &speed, portrait_of(|_, v| speed.force(v))),
             (Kind::FrictionTable, &place, portrait_of(|x, v| -v.signum() * place.force(x))),
         ];
         for (own, table, portrait) in &made {
             let found = regressed(*own, &AXIS.seen(*own, portrait)).unwrap();
-            let read = Table::of(&found);
+            let read = TabulatedForce::of(&found);
             // Only the curvature decides where there was no motion.
             for Missing { at, .. } in AXIS.seen(*own, portrait) {
                 assert!((read.force(at) - table.force(at)).abs() < OFF, "{own} {at} {found:?}");
@@ -232,7 +234,7 @@ mod tests {
             let half = |odd: usize| portrait.iter().skip(odd).step_by(2).copied().collect::<Vec<_>>();
             let left = |kind: Kind| {
                 let values = regressed(kind, &AXIS.seen(kind, portrait)).unwrap();
-                left(&AXIS.seen(kind, &half(1)), &Table::of(&values)).unwrap()
+                left(&AXIS.seen(kind, &half(1)), &TabulatedForce::of(&values)).unwrap()
             };
             let others = KINDS.iter().filter(|kind| *kind != own);
             assert!(left(*own) < 1e-6 && others.map(|kind| left(*kind)).all(|left| left > 0.1), "{own}");

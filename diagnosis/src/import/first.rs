@@ -10,7 +10,7 @@ use feeler_plant::effects::{CoulombFriction, EffectUse};
 use feeler_problem::short;
 
 use super::axis::AxisBelief;
-use super::role::Role;
+use super::role::ColumnRole;
 use super::roles::Amount;
 use super::seen::Seen;
 use crate::error::DiagnosisError;
@@ -139,13 +139,13 @@ pub(super) struct First {
 
 impl First {
     /// The signal of a column; `None` if the machine has none.
-    pub(super) fn signal(&self, role: Role) -> Option<&str> {
+    pub(super) fn signal(&self, role: ColumnRole) -> Option<&str> {
         match role {
-            Role::Target | Role::Command => Some(&self.input),
-            Role::Position => Some(&self.position),
-            Role::TargetVelocity => self.speed.as_deref(),
-            Role::FeedForward => self.lead.as_deref(),
-            Role::Velocity | Role::Effort => None,
+            ColumnRole::Target | ColumnRole::Command => Some(&self.input),
+            ColumnRole::Position => Some(&self.position),
+            ColumnRole::TargetVelocity => self.speed.as_deref(),
+            ColumnRole::FeedForward => self.lead.as_deref(),
+            ColumnRole::Velocity | ColumnRole::Effort => None,
         }
     }
 
@@ -192,8 +192,13 @@ impl First {
     /// A first machine of one joint, with a position servo, or with a force drive if that command was logged.
     /// `middle` is the inertia of the links with each joint at the middle of the first run. It is given for
     /// an arm whose other joints and weight load this one.
-    pub(super) fn of(input: Role, belief: Option<&AxisBelief>, middle: Option<f64>, seen: &Seen) -> Self {
-        let is_force = input == Role::Command;
+    pub(super) fn of(
+        input: ColumnRole,
+        belief: Option<&AxisBelief>,
+        middle: Option<f64>,
+        seen: &Seen,
+    ) -> Self {
+        let is_force = input == ColumnRole::Command;
         let mut assumptions = Vec::new();
         let given = belief.cloned().unwrap_or_default();
         let joint = &given.joint;

@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 
 use super::follow::Follow;
-use super::role::Role;
+use super::role::ColumnRole;
 use super::units::{UnitGuess, is_stated};
 
 /// A column that was chosen.
@@ -28,7 +28,7 @@ impl Chosen {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Guess {
     /// Columns by role.
-    pub columns: IndexMap<Role, Chosen>,
+    pub columns: IndexMap<ColumnRole, Chosen>,
     /// How the position follows the target, if both exist.
     pub follow: Option<Follow>,
 }
@@ -43,9 +43,9 @@ impl Guess {
                 continue;
             }
             let (symbol, axis) = match (is_straight, role) {
-                (true, Role::TargetVelocity) => ("mm/s", "slides"),
+                (true, ColumnRole::TargetVelocity) => ("mm/s", "slides"),
                 (true, _) => ("mm", "slides"),
-                (false, Role::TargetVelocity) => ("rad/s", "turns"),
+                (false, ColumnRole::TargetVelocity) => ("rad/s", "turns"),
                 (false, _) => ("rad", "turns"),
             };
             said.push(format!("`{}` is taken for {symbol}: the joint {axis} (else: {why})", chosen.column));

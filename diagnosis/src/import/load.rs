@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 
 use super::axis::Beliefs;
 use super::guess::Guess;
-use super::role::Role;
+use super::role::ColumnRole;
 use super::units::UnitGuess;
 
 /// Half of the time over which a position is smoothed for its speed and acceleration, s. Other joints couple
@@ -30,13 +30,14 @@ impl Arm {
     pub(super) fn around(name: &str, beliefs: &Beliefs, joints: &IndexMap<String, Guess>) -> Option<Self> {
         // Counts begin anywhere: no pose follows from them.
         let in_counts = |guess: &Guess| {
-            let position = guess.columns.get(&Role::Position);
+            let position = guess.columns.get(&ColumnRole::Position);
             position.is_some_and(|chosen| matches!(chosen.unit, Some((UnitGuess::Counts(_), _))))
         };
         if joints.values().any(in_counts) {
             return None;
         }
-        let with_position = joints.iter().filter(|(_, guess)| guess.columns.contains_key(&Role::Position));
+        let with_position =
+            joints.iter().filter(|(_, guess)| guess.columns.contains_key(&ColumnRole::Position));
         let logged: Vec<String> = with_position.map(|(name, _)| name.clone()).collect();
         let (belief, _) = beliefs.find(name, &logged)?;
         let (chain, at) = beliefs.chain_through(&belief.joint.name)?;
@@ -44,7 +45,7 @@ impl Arm {
             let named = |name: &&String| {
                 beliefs.find(name, &logged).is_some_and(|(found, _)| found.joint.name == joint.name)
             };
-            let chosen = joints[logged.iter().find(named)?].columns.get(&Role::Position)?;
+            let chosen = joints[logged.iter().find(named)?].columns.get(&ColumnRole::Position)?;
             Some((chosen.column.clone(), chosen.in_si()))
         };
         let positions = chain.joints.iter().map(position).collect();

@@ -28,7 +28,7 @@ use indexmap::IndexMap;
 pub use axis::{AxisBelief, Model};
 pub use follow::Follow;
 pub use guess::{Chosen, Guess};
-pub use role::Role;
+pub use role::ColumnRole;
 pub use summary::{ColumnSummary, RunSummary, TableSummary};
 pub use survey::{Options, Survey, Written};
 pub use units::UnitGuess;

@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 
 use super::follow::follow;
 use super::guess::Guess;
-use super::role::Role;
+use super::role::ColumnRole;
 use super::roles::without_quantity;
 use super::units::{beside, stated};
 
@@ -24,10 +24,11 @@ pub(super) fn pair(run: &Run, found: &mut IndexMap<String, Guess>, is_chosen: bo
         if !is_chosen {
             inputs_beside_target(run, guess);
         }
-        let (target, position) = (column_of(run, guess, Role::Target), column_of(run, guess, Role::Position));
+        let (target, position) =
+            (column_of(run, guess, ColumnRole::Target), column_of(run, guess, ColumnRole::Position));
         if let (Some(target), Some(position)) = (target, position) {
             guess.follow = follow(target, position);
-            let are_stated = [(Role::Target, target.1), (Role::Position, position.1)]
+            let are_stated = [(ColumnRole::Target, target.1), (ColumnRole::Position, position.1)]
                 .map(|(role, column)| matches!(stated(role, column), Ok(Some(_))));
             unit_by_the_other(guess, are_stated);
         }
@@ -36,11 +37,11 @@ pub(super) fn pair(run: &Run, found: &mut IndexMap<String, Guess>, is_chosen: bo
 
 /// If one joint has the only target, one other the only position, and either has no name, both are one.
 fn pair_lone_columns(found: &mut IndexMap<String, Guess>) {
-    let only = |role: Role| {
+    let only = |role: ColumnRole| {
         let mut having = found.iter().filter(|(_, guess)| guess.columns.contains_key(&role));
         having.next().filter(|_| having.next().is_none()).map(|(joint, _)| joint.clone())
     };
-    if let (Some(target), Some(position)) = (only(Role::Target), only(Role::Position))
+    if let (Some(target), Some(position)) = (only(ColumnRole::Target), only(ColumnRole::Position))
         && target != position
         && (target.is_empty() || position.is_empty())
         && let Some(lone) = found.shift_remove(&target)
@@ -54,17 +55,17 @@ fn pair_lone_columns(found: &mut IndexMap<String, Guess>) {
 
 /// Targets without names (`/commands.data[0]`) belong to the positions that follow each of them alone.
 fn pair_by_motion(run: &Run, found: &mut IndexMap<String, Guess>) {
-    let having = |role: Role, without: Role| {
-        let has = |guess: &Guess, role: Role| guess.columns.contains_key(&role);
+    let having = |role: ColumnRole, without: ColumnRole| {
+        let has = |guess: &Guess, role: ColumnRole| guess.columns.contains_key(&role);
         let joints = found.iter().filter(|(_, guess)| has(guess, role) && !has(guess, without));
         joints.map(|(joint, _)| joint.clone()).collect::<Vec<String>>()
     };
-    let mut targets = having(Role::Target, Role::Position);
+    let mut targets = having(ColumnRole::Target, ColumnRole::Position);
     targets.retain(|joint| joint.chars().all(|c| c.is_ascii_digit()));
-    let positions = having(Role::Position, Role::Target);
+    let positions = having(ColumnRole::Position, ColumnRole::Target);
     let likeness = |target: &String, position: &String| {
-        let target = column_of(run, &found[target], Role::Target)?;
-        let motion = follow(target, column_of(run, &found[position], Role::Position)?)?;
+        let target = column_of(run, &found[target], ColumnRole::Target)?;
+        let motion = follow(target, column_of(run, &found[position], ColumnRole::Position)?)?;
         Some(motion.correlation.abs()).filter(|_| motion.is_of_one_motion())
     };
     let alike: Vec<Vec<f64>> = (targets.iter())
@@ -77,10 +78,10 @@ fn pair_by_motion(run: &Run, found: &mut IndexMap<String, Guess>) {
     };
     for (i, target) in targets.iter().enumerate() {
         let Some(j) = (0..positions.len()).find(|j| is_clear(i, *j)) else { continue };
-        let Some(mut chosen) = found[target].columns.get(&Role::Target).cloned() else { continue };
+        let Some(mut chosen) = found[target].columns.get(&ColumnRole::Target).cloned() else { continue };
         chosen.why = format!("{}; it names no joint, and this one alone moves as it does", chosen.why);
         if let Some(guess) = found.get_mut(&positions[j]) {
-            guess.columns.insert(Role::Target, chosen);
+            guess.columns.insert(ColumnRole::Target, chosen);
             found.shift_remove(target);
         }
     }
@@ -90,7 +91,7 @@ fn pair_by_motion(run: &Run, found: &mut IndexMap<String, Guess>) {
 fn unit_by_the_other(guess: &mut Guess, are_stated: [bool; 2]) {
     let Some(follow) = guess.follow.filter(|follow| follow.is_of_one_motion()) else { return };
     let (Some(target), Some(position)) =
-        (guess.columns.get(&Role::Target), guess.columns.get(&Role::Position))
+        (guess.columns.get(&ColumnRole::Target), guess.columns.get(&ColumnRole::Position))
     else {
         return;
     };
@@ -99,13 +100,13 @@ fn unit_by_the_other(guess: &mut Guess, are_stated: [bool; 2]) {
         return;
     }
     let sides = [
-        (Role::Position, are_stated[1], follow.times / target.in_si(), target.column.clone()),
-        (Role::Target, are_stated[0], 1.0 / (follow.times * position.in_si()), position.column.clone()),
+        (ColumnRole::Position, are_stated[1], follow.times / target.in_si(), target.column.clone()),
+        (ColumnRole::Target, are_stated[0], 1.0 / (follow.times * position.in_si()), position.column.clone()),
     ];
     let mut open = sides.into_iter().filter(|(_, is_stated, ..)| !is_stated);
     let is_straight = guess.is_straight();
-    let told = open.find_map(|(role, _, times, other)| Some((role, beside(times, &other, is_straight)?)));
-    if let Some((role, unit)) = told
+    let paired = open.find_map(|(role, _, times, other)| Some((role, beside(times, &other, is_straight)?)));
+    if let Some((role, unit)) = paired
         && let Some(chosen) = guess.columns.get_mut(&role)
     {
         chosen.unit = Some(unit);
@@ -115,32 +116,32 @@ fn unit_by_the_other(guess: &mut Guess, are_stated: [bool; 2]) {
 /// Keeps the speed and the force beside a target that reach the servo with it: those of the same table that
 /// change. A message with positions and efforts of targets gives the efforts as feed-forward.
 fn inputs_beside_target(run: &Run, guess: &mut Guess) {
-    let target = column_of(run, guess, Role::Target);
+    let target = column_of(run, guess, ColumnRole::Target);
     let is_beside = |(table, column): &(&Table, &Column)| {
         let mut values = column.values.iter().filter(|x| x.is_finite());
         let first = values.next();
         target.is_some_and(|(of, _)| std::ptr::eq(of, *table)) && values.any(|x| Some(x) != first)
     };
     if let (Some(beside), Some((_, wanted))) =
-        (column_of(run, guess, Role::Command).filter(is_beside), target)
+        (column_of(run, guess, ColumnRole::Command).filter(is_beside), target)
         && beside.1.name.ends_with(']')
         && without_quantity(&beside.1.name) == without_quantity(&wanted.name)
-        && !guess.columns.contains_key(&Role::FeedForward)
-        && let Some(command) = guess.columns.shift_remove(&Role::Command)
+        && !guess.columns.contains_key(&ColumnRole::FeedForward)
+        && let Some(command) = guess.columns.shift_remove(&ColumnRole::Command)
     {
-        guess.columns.insert(Role::FeedForward, command);
+        guess.columns.insert(ColumnRole::FeedForward, command);
     }
-    for role in [Role::TargetVelocity, Role::FeedForward] {
+    for role in [ColumnRole::TargetVelocity, ColumnRole::FeedForward] {
         if column_of(run, guess, role).is_none_or(|column| !is_beside(&column)) {
             guess.columns.shift_remove(&role);
         }
     }
-    let of_target = guess.columns.get(&Role::Target).and_then(|chosen| chosen.unit.clone());
-    if let (Some((unit, _)), Some(speed)) = (of_target, guess.columns.get_mut(&Role::TargetVelocity)) {
+    let of_target = guess.columns.get(&ColumnRole::Target).and_then(|chosen| chosen.unit.clone());
+    if let (Some((unit, _)), Some(speed)) = (of_target, guess.columns.get_mut(&ColumnRole::TargetVelocity)) {
         speed.unit.get_or_insert_with(|| (unit.per_second(), "as its target is".into()));
     }
 }
 
-fn column_of<'a>(run: &'a Run, guess: &Guess, role: Role) -> Option<(&'a Table, &'a Column)> {
+fn column_of<'a>(run: &'a Run, guess: &Guess, role: ColumnRole) -> Option<(&'a Table, &'a Column)> {
     run.find(&guess.columns.get(&role)?.column)
 }

@@ -2,7 +2,7 @@
 
 /// Meaning of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Role {
+pub enum ColumnRole {
     /// Desired position of the joint.
     Target,
     /// Desired speed, beside the desired position.
@@ -19,7 +19,7 @@ pub enum Role {
     Command,
 }
 
-impl Role {
+impl ColumnRole {
     /// Its name in sentences, and as a column of a dataset.
     pub fn noun(self) -> &'static str {
         match self {

@@ -4,7 +4,7 @@ use feeler_logs::{Column, Run, Table};
 use indexmap::IndexMap;
 
 use super::guess::{Chosen, Guess};
-use super::role::Role;
+use super::role::ColumnRole;
 use super::units::{Reasoned, bare, by_size, stated, without_unit};
 use crate::error::DiagnosisError;
 
@@ -178,7 +178,7 @@ pub(super) fn is_plan(table: &Table) -> bool {
 }
 
 /// Role of a column by its name: its role, the joint, and the decisive word.
-fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
+fn by_name(table: &Table, column: &Column) -> Option<(ColumnRole, String, String)> {
     let name = bare(&column.name);
     let (path, item) = match name.rsplit_once('[') {
         Some((path, item)) if item.ends_with(']') => (path, Some(item.trim_end_matches(']'))),
@@ -212,23 +212,23 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
     });
     let share = in_own(&SHARES).or_else(|| in_own(&VOLTAGES).filter(|_| target.is_some()));
     let (role, why) = if let Some(word) = share {
-        (Role::Command, word)
+        (ColumnRole::Command, word)
     } else if in_own(&VOLTAGES).is_some() {
         return None;
     } else if let Some(word) = force {
         let role = match &target {
-            _ if is_feed => Role::FeedForward,
-            Some(_) => Role::Command,
-            None => Role::Effort,
+            _ if is_feed => ColumnRole::FeedForward,
+            Some(_) => ColumnRole::Command,
+            None => ColumnRole::Effort,
         };
         (role, word)
     } else if let Some(word) = in_own(&VELOCITIES) {
-        (if target.is_some() || is_feed { Role::TargetVelocity } else { Role::Velocity }, word)
+        (if target.is_some() || is_feed { ColumnRole::TargetVelocity } else { ColumnRole::Velocity }, word)
     } else if let Some(word) = target {
-        (Role::Target, word)
+        (ColumnRole::Target, word)
     } else {
         (
-            Role::Position,
+            ColumnRole::Position,
             in_own(&POSITIONS)
                 .or_else(|| ends_in(&LENGTH_UNITS).cloned())
                 .or_else(|| has(&POSITIONS))
@@ -237,7 +237,7 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
     };
     // A table of currents whose columns are named by joints alone.
     let (role, why) = match (role, why.is_empty(), has(&EFFORTS)) {
-        (Role::Position, true, Some(word)) => (Role::Effort, word),
+        (ColumnRole::Position, true, Some(word)) => (ColumnRole::Effort, word),
         (role, ..) => (role, why),
     };
     Some((role, joint_of(path, item, &of_path, &of_item), why))
@@ -304,7 +304,7 @@ pub(super) fn guess(run: &Run) -> Result<IndexMap<String, Guess>, DiagnosisError
 ///
 /// # Errors
 /// A stated unit that does not exist.
-pub(super) fn unit(role: Role, table: &Table, column: &Column) -> Result<Reasoned, DiagnosisError> {
+pub(super) fn unit(role: ColumnRole, table: &Table, column: &Column) -> Result<Reasoned, DiagnosisError> {
     let stated = stated(role, column).map_err(|reason| DiagnosisError::Unreadable {
         file: table.file.clone(),
         reason,
@@ -323,7 +323,7 @@ pub(super) fn without_quantity(name: &str) -> Vec<String> {
 mod tests {
     use super::*;
 
-    fn told(table: &str, column: &str) -> Option<(Role, String)> {
+    fn recognised(table: &str, column: &str) -> Option<(ColumnRole, String)> {
         let column = Column { name: column.into(), ..Column::default() };
         let table = Table {
             name: table.into(),
@@ -339,55 +339,55 @@ mod tests {
     #[test]
     fn truth_names_of_common_logs_tell_roles_and_joints() {
         for (table, column, role, joint) in [
-            ("/joint_states", "position[elbow]", Role::Position, "elbow"),
-            ("/joint_states", "effort[elbow]", Role::Effort, "elbow"),
-            ("/arm_controller/controller_state", "reference.positions[elbow]", Role::Target, "elbow"),
-            ("/arm_controller/controller_state", "feedback.positions[elbow]", Role::Position, "elbow"),
-            ("/arm_controller/joint_trajectory", "points[0].positions[elbow]", Role::Target, "elbow"),
+            ("/joint_states", "position[elbow]", ColumnRole::Position, "elbow"),
+            ("/joint_states", "effort[elbow]", ColumnRole::Effort, "elbow"),
+            ("/arm_controller/controller_state", "reference.positions[elbow]", ColumnRole::Target, "elbow"),
+            ("/arm_controller/controller_state", "feedback.positions[elbow]", ColumnRole::Position, "elbow"),
+            ("/arm_controller/joint_trajectory", "points[0].positions[elbow]", ColumnRole::Target, "elbow"),
             (
                 "/arm_controller/controller_state",
                 "reference.velocities[elbow]",
-                Role::TargetVelocity,
+                ColumnRole::TargetVelocity,
                 "elbow",
             ),
-            ("/arm_controller/controller_state", "reference.effort[elbow]", Role::Command, "elbow"),
-            ("log", "qd_des_2", Role::TargetVelocity, "2"),
-            ("log", "tau_ff_2", Role::FeedForward, "2"),
-            ("log", "knee_feed_forward_torque", Role::FeedForward, "knee"),
-            ("log", "feed_force", Role::Effort, ""),
-            ("control", "positions[Elbow]", Role::Target, "Elbow"),
-            ("state_motor", "positions[Elbow]", Role::Position, "Elbow"),
-            ("state_motor", "torques[Elbow]", Role::Effort, "Elbow"),
-            ("", "action[elbow_flex.pos]", Role::Target, "elbow_flex"),
-            ("", "observation.state[elbow_flex.pos]", Role::Position, "elbow_flex"),
-            ("log", "q_des_2", Role::Target, "2"),
-            ("log", "q2", Role::Position, "2"),
-            ("log", "elbowTarget", Role::Target, "elbow"),
-            ("log", "tau_cmd", Role::Command, ""),
-            ("log", "command_n", Role::Command, ""),
-            ("log", "command_nm", Role::Command, ""),
-            ("log", "elbow_nm", Role::Effort, "elbow"),
-            ("log", "command_rad", Role::Target, ""),
-            ("log", "encoder_m", Role::Position, ""),
-            ("log", "slide_mm", Role::Position, "slide"),
-            ("log", "elbow_q_mrad", Role::Position, "elbow"),
-            ("log", "elbow_qd_des_deg_per_s", Role::TargetVelocity, "elbow"),
-            ("log", "Soll [deg]", Role::Target, ""),
-            ("log", "Ist (deg)", Role::Position, ""),
-            ("log", "current_A", Role::Effort, ""),
-            ("log", "knee_voltage_cmd", Role::Command, "knee"),
-            ("log", "duty_cycle", Role::Command, ""),
-            ("", "present_pwm[knee]", Role::Command, "knee"),
-            ("log", "q_A", Role::Position, "a"),
-            ("log", "position[m]", Role::Position, "m"),
-            ("", "observation[elbow]", Role::Position, "elbow"),
-            ("/dynamic_joint_states", "interface_values[pan].values[position]", Role::Position, "pan"),
-            ("/dynamic_joint_states", "interface_values[pan].values[effort]", Role::Effort, "pan"),
-            ("curr_data", "Joint_1", Role::Position, "1"),
+            ("/arm_controller/controller_state", "reference.effort[elbow]", ColumnRole::Command, "elbow"),
+            ("log", "qd_des_2", ColumnRole::TargetVelocity, "2"),
+            ("log", "tau_ff_2", ColumnRole::FeedForward, "2"),
+            ("log", "knee_feed_forward_torque", ColumnRole::FeedForward, "knee"),
+            ("log", "feed_force", ColumnRole::Effort, ""),
+            ("control", "positions[Elbow]", ColumnRole::Target, "Elbow"),
+            ("state_motor", "positions[Elbow]", ColumnRole::Position, "Elbow"),
+            ("state_motor", "torques[Elbow]", ColumnRole::Effort, "Elbow"),
+            ("", "action[elbow_flex.pos]", ColumnRole::Target, "elbow_flex"),
+            ("", "observation.state[elbow_flex.pos]", ColumnRole::Position, "elbow_flex"),
+            ("log", "q_des_2", ColumnRole::Target, "2"),
+            ("log", "q2", ColumnRole::Position, "2"),
+            ("log", "elbowTarget", ColumnRole::Target, "elbow"),
+            ("log", "tau_cmd", ColumnRole::Command, ""),
+            ("log", "command_n", ColumnRole::Command, ""),
+            ("log", "command_nm", ColumnRole::Command, ""),
+            ("log", "elbow_nm", ColumnRole::Effort, "elbow"),
+            ("log", "command_rad", ColumnRole::Target, ""),
+            ("log", "encoder_m", ColumnRole::Position, ""),
+            ("log", "slide_mm", ColumnRole::Position, "slide"),
+            ("log", "elbow_q_mrad", ColumnRole::Position, "elbow"),
+            ("log", "elbow_qd_des_deg_per_s", ColumnRole::TargetVelocity, "elbow"),
+            ("log", "Soll [deg]", ColumnRole::Target, ""),
+            ("log", "Ist (deg)", ColumnRole::Position, ""),
+            ("log", "current_A", ColumnRole::Effort, ""),
+            ("log", "knee_voltage_cmd", ColumnRole::Command, "knee"),
+            ("log", "duty_cycle", ColumnRole::Command, ""),
+            ("", "present_pwm[knee]", ColumnRole::Command, "knee"),
+            ("log", "q_A", ColumnRole::Position, "a"),
+            ("log", "position[m]", ColumnRole::Position, "m"),
+            ("", "observation[elbow]", ColumnRole::Position, "elbow"),
+            ("/dynamic_joint_states", "interface_values[pan].values[position]", ColumnRole::Position, "pan"),
+            ("/dynamic_joint_states", "interface_values[pan].values[effort]", ColumnRole::Effort, "pan"),
+            ("curr_data", "Joint_1", ColumnRole::Position, "1"),
         ] {
             // The name of a table of currents gives the role of columns named by joints.
-            let expected = if table == "curr_data" { Role::Effort } else { role };
-            let found = told(table, column);
+            let expected = if table == "curr_data" { ColumnRole::Effort } else { role };
+            let found = recognised(table, column);
             assert!(
                 found == Some((expected, joint.into())) || table == "curr_data",
                 "{table} {column}: {found:?}"
@@ -402,7 +402,7 @@ mod tests {
             ("log", "tip_mps2"),
             ("log", "n"),
         ] {
-            assert_eq!(told(table, column), None, "{table} {column}");
+            assert_eq!(recognised(table, column), None, "{table} {column}");
         }
     }
 

@@ -1,7 +1,7 @@
 //! Findings on a joint and its servo from a log.
 
 use super::guess::Guess;
-use super::role::Role;
+use super::role::ColumnRole;
 use super::roles::Amount;
 
 /// A load counts as the cause of an error if it explains at least this share of the squared error.
@@ -29,12 +29,12 @@ pub(super) struct Seen {
 impl Seen {
     /// Findings on the choice of columns.
     pub(super) fn of(guess: &Guess) -> Self {
-        let command = guess.columns.get(&Role::Command);
+        let command = guess.columns.get(&ColumnRole::Command);
         Self {
             lag_s: guess.follow.map(|follow| follow.lag_s),
             is_straight: guess.is_straight(),
-            has_speed: guess.columns.contains_key(&Role::TargetVelocity),
-            has_lead: guess.columns.contains_key(&Role::FeedForward),
+            has_speed: guess.columns.contains_key(&ColumnRole::TargetVelocity),
+            has_lead: guess.columns.contains_key(&ColumnRole::FeedForward),
             command: command.map(|chosen| Amount::of(&chosen.column)).unwrap_or_default(),
             ..Self::default()
         }

@@ -4,14 +4,14 @@ use feeler_logs::Run;
 use indexmap::IndexMap;
 
 use super::guess::{Chosen, Guess};
-use super::role::Role;
+use super::role::ColumnRole;
 use super::roles::unit;
 use crate::error::DiagnosisError;
 
 /// The joint of the stated columns. A position that is not stated is the only one by its name.
 pub(super) fn joint(
     run: &Run,
-    stated: &[(Role, String)],
+    stated: &[(ColumnRole, String)],
     guesses: &IndexMap<String, Guess>,
 ) -> Result<Guess, DiagnosisError> {
     let mut joint = Guess::default();
@@ -22,13 +22,13 @@ pub(super) fn joint(
         }
     }
     let is_stated = |chosen: &Chosen| stated.iter().any(|(_, column)| *column == chosen.column);
-    let positions = guesses.values().filter_map(|guess| guess.columns.get(&Role::Position));
+    let positions = guesses.values().filter_map(|guess| guess.columns.get(&ColumnRole::Position));
     let mut free = positions.filter(|chosen| !is_stated(chosen));
-    if !joint.columns.contains_key(&Role::Position)
+    if !joint.columns.contains_key(&ColumnRole::Position)
         && let (Some(only), None) = (free.next(), free.next())
     {
         let why = format!("the only position: {}", only.why);
-        joint.columns.insert(Role::Position, Chosen { why, ..only.clone() });
+        joint.columns.insert(ColumnRole::Position, Chosen { why, ..only.clone() });
     }
     Ok(joint)
 }

@@ -6,7 +6,7 @@ use feeler_logs::{Run, Table};
 use indexmap::IndexMap;
 
 use super::guess::Guess;
-use super::role::Role;
+use super::role::ColumnRole;
 
 /// A run.
 #[derive(Clone, Debug)]
@@ -52,11 +52,11 @@ pub struct ColumnSummary {
     /// Smallest and largest value.
     pub range: [f64; 2],
     /// Its assumed role: the role, the joint, the reason.
-    pub role: Option<(Role, String, String)>,
+    pub role: Option<(ColumnRole, String, String)>,
 }
 
 pub(super) fn of(run: &Run, guesses: &IndexMap<String, Guess>) -> RunSummary {
-    let mut roles: HashMap<&str, (Role, String, String)> = HashMap::new();
+    let mut roles: HashMap<&str, (ColumnRole, String, String)> = HashMap::new();
     for (joint, guess) in guesses {
         for (role, chosen) in &guess.columns {
             roles.insert(&chosen.column, (*role, joint.clone(), chosen.why.clone()));

@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 
 use super::axis::Model;
 use super::guess::Guess;
-use super::role::Role;
+use super::role::ColumnRole;
 use super::summary::RunSummary;
 use super::unpaired::Lead;
 
@@ -21,7 +21,7 @@ pub struct Options {
     /// The only requested joint, by its name in the log or the model.
     pub joint: Option<String>,
     /// Columns by role.
-    pub columns: Vec<(Role, String)>,
+    pub columns: Vec<(ColumnRole, String)>,
     /// Output folder; nothing is written without it.
     pub out: Option<PathBuf>,
     /// The believed machine.

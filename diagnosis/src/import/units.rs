@@ -6,7 +6,7 @@ use feeler_files::{ColumnUnit, UnitKind, column_unit};
 use feeler_logs::Column;
 use feeler_problem::short;
 
-use super::role::Role;
+use super::role::ColumnRole;
 
 /// A unit other than SI.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,12 +80,12 @@ pub(super) type Reasoned = Option<(UnitGuess, String)>;
 ///
 /// # Errors
 /// A unit in brackets or below the header that does not exist, or of another quantity.
-pub(super) fn stated(role: Role, column: &Column) -> Result<Reasoned, String> {
+pub(super) fn stated(role: ColumnRole, column: &Column) -> Result<Reasoned, String> {
     let kinds: &[UnitKind] = match role {
-        Role::Target | Role::Position => &MOTION[..2],
-        Role::TargetVelocity => &MOTION[2..],
-        Role::Command | Role::FeedForward => &DRIVE,
-        Role::Velocity | Role::Effort => return Ok(None),
+        ColumnRole::Target | ColumnRole::Position => &MOTION[..2],
+        ColumnRole::TargetVelocity => &MOTION[2..],
+        ColumnRole::Command | ColumnRole::FeedForward => &DRIVE,
+        ColumnRole::Velocity | ColumnRole::Effort => return Ok(None),
     };
     let name = &column.name;
     let in_brackets = (bare(name).len() < name.len()).then(|| &name[bare(name).len()..]);
@@ -135,8 +135,9 @@ pub(super) fn without_unit(words: &[String]) -> &[String] {
 const COUNTED: [&str; 8] = ["count", "counts", "tick", "ticks", "raw", "lsb", "steps", "-"];
 
 /// SI needs no word beside the command of a drive.
-fn guess(unit: ColumnUnit, role: Role, why: &str) -> Reasoned {
-    let is_plain = matches!(role, Role::Command | Role::FeedForward) && (unit.in_si - 1.0).abs() < 1e-12;
+fn guess(unit: ColumnUnit, role: ColumnRole, why: &str) -> Reasoned {
+    let is_plain =
+        matches!(role, ColumnRole::Command | ColumnRole::FeedForward) && (unit.in_si - 1.0).abs() < 1e-12;
     (!is_plain).then(|| (UnitGuess::Symbol(unit.symbol.into()), why.into()))
 }
 
@@ -152,8 +153,8 @@ pub(super) fn bare(name: &str) -> &str {
 }
 
 /// The unit of a column of positions that states none, if its numbers show that it is not SI.
-pub(super) fn by_size(role: Role, column: &Column) -> Reasoned {
-    if !matches!(role, Role::Target | Role::Position) || column.unit.is_some() {
+pub(super) fn by_size(role: ColumnRole, column: &Column) -> Reasoned {
+    if !matches!(role, ColumnRole::Target | ColumnRole::Position) || column.unit.is_some() {
         return None;
     }
     let values = || column.values.iter().copied().filter(|x| x.is_finite());
@@ -195,30 +196,30 @@ mod tests {
             let column = Column { name: name.into(), values: vec![0.0, 20.0], ..Column::default() };
             stated(role, &column).expect("a unit").or_else(|| by_size(role, &column)).map(|(unit, _)| unit)
         };
-        assert_eq!(found("encoder_m", Role::Position), Some(UnitGuess::symbol("m")));
-        assert_eq!(found("target[elbow_rad]", Role::Target), Some(UnitGuess::symbol("rad")));
-        assert_eq!(found("elbow_deg", Role::Position), Some(UnitGuess::symbol("deg")));
-        assert_eq!(found("elbow", Role::Position), Some(UnitGuess::symbol("deg")));
-        assert_eq!(found("command_n", Role::Command), None);
+        assert_eq!(found("encoder_m", ColumnRole::Position), Some(UnitGuess::symbol("m")));
+        assert_eq!(found("target[elbow_rad]", ColumnRole::Target), Some(UnitGuess::symbol("rad")));
+        assert_eq!(found("elbow_deg", ColumnRole::Position), Some(UnitGuess::symbol("deg")));
+        assert_eq!(found("elbow", ColumnRole::Position), Some(UnitGuess::symbol("deg")));
+        assert_eq!(found("command_n", ColumnRole::Command), None);
         for name in ["Ist [deg]", "ist (deg)", "ist(deg)"] {
-            assert_eq!(found(name, Role::Position), Some(UnitGuess::symbol("deg")), "{name}");
+            assert_eq!(found(name, ColumnRole::Position), Some(UnitGuess::symbol("deg")), "{name}");
         }
         for (name, role, symbol) in [
-            ("ist [mrad]", Role::Position, "mrad"),
-            ("slide (cm)", Role::Target, "cm"),
-            ("q_des_um", Role::Target, "um"),
-            ("speed_deg_per_s", Role::TargetVelocity, "deg/s"),
-            ("qd_des_mm_s", Role::TargetVelocity, "mm/s"),
-            ("Soll [°]", Role::Target, "°"),
-            ("force_cmd [kN]", Role::Command, "kN"),
-            ("current_cmd_mA", Role::Command, "mA"),
+            ("ist [mrad]", ColumnRole::Position, "mrad"),
+            ("slide (cm)", ColumnRole::Target, "cm"),
+            ("q_des_um", ColumnRole::Target, "um"),
+            ("speed_deg_per_s", ColumnRole::TargetVelocity, "deg/s"),
+            ("qd_des_mm_s", ColumnRole::TargetVelocity, "mm/s"),
+            ("Soll [°]", ColumnRole::Target, "°"),
+            ("force_cmd [kN]", ColumnRole::Command, "kN"),
+            ("current_cmd_mA", ColumnRole::Command, "mA"),
         ] {
             assert_eq!(found(name, role), Some(UnitGuess::Symbol(symbol.into())), "{name}");
         }
         // The end of a name that is not a unit of the quantity is a name.
         for name in ["q_a", "q_A", "position_n", "joint_s", "target_3"] {
             let column = Column { name: name.into(), values: vec![0.0, 2.0], ..Column::default() };
-            assert_eq!(stated(Role::Position, &column), Ok(None), "{name}");
+            assert_eq!(stated(ColumnRole::Position, &column), Ok(None), "{name}");
         }
     }
 
@@ -230,12 +231,12 @@ mod tests {
             ("ist", Some("furlong"), "`furlong` is not a unit"),
         ] {
             let column = Column { name: name.into(), unit: unit.map(str::to_owned), ..Column::default() };
-            let error = stated(Role::Position, &column).expect_err("refused");
+            let error = stated(ColumnRole::Position, &column).expect_err("refused");
             assert!(error.contains(what), "{error}");
         }
         for (name, unit) in [("ist [raw]", None), ("ist", Some("[-]")), ("ist", Some("counts"))] {
             let column = Column { name: name.into(), unit: unit.map(str::to_owned), ..Column::default() };
-            assert_eq!(stated(Role::Position, &column), Ok(None), "{name}");
+            assert_eq!(stated(ColumnRole::Position, &column), Ok(None), "{name}");
         }
     }
 

@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 
 use super::follow::{Follow, follow};
 use super::guess::Guess;
-use super::role::Role;
+use super::role::ColumnRole;
 
 /// Columns without names that are compared with each other, at most.
 const MOST_COMPARED: usize = 6;
@@ -43,9 +43,9 @@ fn is_nameless(table: &Table) -> bool {
 
 /// A note on the options to state, if no joint of the logs has both an input and a position.
 pub(super) fn note(joints: &IndexMap<String, Guess>, lead: Option<&Lead>) -> Option<String> {
-    let has = |guess: &Guess, role: Role| guess.columns.contains_key(&role);
-    let has_input = |guess: &Guess| has(guess, Role::Target) || has(guess, Role::Command);
-    if joints.values().any(|guess| has_input(guess) && has(guess, Role::Position)) {
+    let has = |guess: &Guess, role: ColumnRole| guess.columns.contains_key(&role);
+    let has_input = |guess: &Guess| has(guess, ColumnRole::Target) || has(guess, ColumnRole::Command);
+    if joints.values().any(|guess| has_input(guess) && has(guess, ColumnRole::Position)) {
         return None;
     }
     let nothing = "no dataset can be written: no joint has both a target (or command) and a position";
@@ -57,9 +57,9 @@ pub(super) fn note(joints: &IndexMap<String, Guess>, lead: Option<&Lead>) -> Opt
             follow.correlation
         ));
     }
-    let column = |role: Role| joints.values().find_map(|guess| guess.columns.get(&role));
-    let input = column(Role::Target).or_else(|| column(Role::Command));
-    Some(match (input, column(Role::Position)) {
+    let column = |role: ColumnRole| joints.values().find_map(|guess| guess.columns.get(&role));
+    let input = column(ColumnRole::Target).or_else(|| column(ColumnRole::Command));
+    Some(match (input, column(ColumnRole::Position)) {
         (Some(input), None) => format!(
             "{nothing}. `{}` is the input: name the position that it moves, by `--position COLUMN`",
             input.column

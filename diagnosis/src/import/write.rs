@@ -11,7 +11,7 @@ use super::files::{create, file_name, save, table};
 use super::first::First;
 use super::guess::{Chosen, Guess};
 use super::load::Arm;
-use super::role::Role;
+use super::role::ColumnRole;
 use super::roles::words;
 use super::seen::Seen;
 use super::survey::{Options, Survey, Written};
@@ -73,8 +73,9 @@ impl Writer {
     pub(super) fn new(survey: &Survey, options: &Options) -> Result<Option<Self>, DiagnosisError> {
         let Some(out) = &options.out else { return Ok(None) };
         let is_whole = |guess: &Guess| {
-            guess.columns.contains_key(&Role::Position)
-                && (guess.columns.contains_key(&Role::Target) || guess.columns.contains_key(&Role::Command))
+            guess.columns.contains_key(&ColumnRole::Position)
+                && (guess.columns.contains_key(&ColumnRole::Target)
+                    || guess.columns.contains_key(&ColumnRole::Command))
         };
         let pairs: Vec<(&String, &Guess)> =
             survey.joints.iter().filter(|(_, guess)| is_whole(guess)).collect();
@@ -197,16 +198,26 @@ impl Writer {
 
 impl Joint {
     /// The columns in the order of the file: the input, the position, and additional ones.
-    fn columns(&self) -> Vec<(Role, &Chosen)> {
-        let of = |role: Role| self.guess.columns.get(&role).map(|chosen| (role, chosen));
-        let input = of(Role::Target).or_else(|| of(Role::Command));
-        let others = [Role::Position, Role::TargetVelocity, Role::FeedForward, Role::Velocity, Role::Effort];
+    fn columns(&self) -> Vec<(ColumnRole, &Chosen)> {
+        let of = |role: ColumnRole| self.guess.columns.get(&role).map(|chosen| (role, chosen));
+        let input = of(ColumnRole::Target).or_else(|| of(ColumnRole::Command));
+        let others = [
+            ColumnRole::Position,
+            ColumnRole::TargetVelocity,
+            ColumnRole::FeedForward,
+            ColumnRole::Velocity,
+            ColumnRole::Effort,
+        ];
         input.into_iter().chain(others.into_iter().filter_map(of)).collect()
     }
 
     /// The role of the column that drives the machine.
-    fn input(&self) -> Role {
-        if self.guess.columns.contains_key(&Role::Target) { Role::Target } else { Role::Command }
+    fn input(&self) -> ColumnRole {
+        if self.guess.columns.contains_key(&ColumnRole::Target) {
+            ColumnRole::Target
+        } else {
+            ColumnRole::Command
+        }
     }
 
     /// The runs without information, in one sentence.
@@ -223,19 +234,19 @@ impl Joint {
     }
 
     /// Whether no run can do without a column of this role.
-    fn needs(&self, role: Role) -> bool {
+    fn needs(&self, role: ColumnRole) -> bool {
         match role {
-            Role::Velocity | Role::Effort => false,
-            Role::TargetVelocity | Role::FeedForward => {
+            ColumnRole::Velocity | ColumnRole::Effort => false,
+            ColumnRole::TargetVelocity | ColumnRole::FeedForward => {
                 self.given.as_ref().is_none_or(|given| given.signal(role).is_some())
             }
-            Role::Target | Role::Command | Role::Position => true,
+            ColumnRole::Target | ColumnRole::Command | ColumnRole::Position => true,
         }
     }
 
     fn run(&mut self, run: &Run, notes: &mut Vec<String>) -> Result<(), DiagnosisError> {
         let columns = self.columns();
-        let here: Vec<(Role, &Chosen)> =
+        let here: Vec<(ColumnRole, &Chosen)> =
             columns.iter().copied().filter(|(_, chosen)| run.find(&chosen.column).is_some()).collect();
         let missing: Vec<&str> = columns
             .iter()
@@ -253,7 +264,7 @@ impl Joint {
         }
         let own = here.iter().map(|(role, chosen)| Pick {
             name: &chosen.column,
-            is_held: matches!(role, Role::Target | Role::Command) || role.feeds_servo(),
+            is_held: matches!(role, ColumnRole::Target | ColumnRole::Command) || role.feeds_servo(),
         });
         let picks: Vec<Pick<'_>> = own.chain(self.arm.iter().flat_map(|(arm, _)| arm.picks(run))).collect();
         let file = run.tables.first().map_or_else(PathBuf::new, |table| table.file.clone());
@@ -269,7 +280,7 @@ impl Joint {
                 name = run.name
             ));
         }
-        let roles: Vec<Role> = here.iter().map(|(role, _)| *role).collect();
+        let roles: Vec<ColumnRole> = here.iter().map(|(role, _)| *role).collect();
         let names: Vec<String> = picks.iter().map(|pick| pick.name.to_owned()).collect();
         for (i, series) in whole.parts(&starts).into_iter().enumerate() {
             let name = if starts.len() > 1 { format!("{}-{}", run.name, i + 1) } else { run.name.clone() };
@@ -283,7 +294,7 @@ impl Joint {
         &mut self,
         run: &Run,
         named: &str,
-        (here, picks): (&[Role], &[String]),
+        (here, picks): (&[ColumnRole], &[String]),
         mut series: Series,
         notes: &mut Vec<String>,
     ) -> Result<(), DiagnosisError> {
@@ -316,9 +327,9 @@ impl Joint {
             series.values.truncate(here.len());
             series.bridged.truncate(here.len());
             let each = |role| self.guess.columns.get(&role).map_or(1.0, Chosen::in_si);
-            let (target, position) = (each(Role::Target), each(Role::Position));
-            if here[0] == Role::Target && here[1] == Role::Position {
-                let lead = here.iter().position(|role| *role == Role::FeedForward);
+            let (target, position) = (each(ColumnRole::Target), each(ColumnRole::Position));
+            if here[0] == ColumnRole::Target && here[1] == ColumnRole::Position {
+                let lead = here.iter().position(|role| *role == ColumnRole::FeedForward);
                 for (row, load) in load.iter().enumerate() {
                     let lead = lead.map_or(0.0, |i| series.values[i][row]);
                     let [wanted, is] = [0, 1].map(|i| series.values[i][row]);
@@ -330,8 +341,8 @@ impl Joint {
         }
         empty_between_readings(&mut series);
         table(&self.folder.join(&name), &header, &series)?;
-        let at = here.iter().position(|role| *role == Role::Position);
-        let each = self.guess.columns.get(&Role::Position).map_or(1.0, Chosen::in_si);
+        let at = here.iter().position(|role| *role == ColumnRole::Position);
+        let each = self.guess.columns.get(&ColumnRole::Position).map_or(1.0, Chosen::in_si);
         self.seen.held = held;
         if self.experiments.is_empty() {
             let of_column = |i: usize| series.values[i].iter().copied().filter(|x| x.is_finite()).collect();

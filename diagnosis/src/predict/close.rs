@@ -6,7 +6,7 @@
 //! (Aitken and Neville; Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.9).
 
 use feeler_plant::motion::dot;
-use feeler_plant::motion::modes::{Course, Instant, Storm, first_crossing, may_dip, trace};
+use feeler_plant::motion::modes::{GuardFunction, Instant, Storm, first_crossing, may_dip, trace};
 
 use super::machine::Moving;
 use super::state::State;
@@ -209,7 +209,7 @@ struct Along<'a> {
     guard: usize,
 }
 
-impl Course for Along<'_> {
+impl GuardFunction for Along<'_> {
     fn at(&mut self, s: f64) -> Option<Instant> {
         let mut xi = Vec::new();
         self.moving.carry_closely(self.state, s, false, &mut xi).ok()?;

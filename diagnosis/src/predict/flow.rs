@@ -105,7 +105,7 @@ pub(super) struct Flow {
     bristles_per_s: f64,
     /// Signals of every row: the channels, then position, speed and force of the first drive, then the
     /// contacts' forces and compressions.
-    looks: Blocks<f64>,
+    signal_rows: Blocks<f64>,
     /// For each span, the matrix that advances the states and evaluates the guards at each check.
     spans: Vec<(u64, Blocks<f64>)>,
     /// The longest span; others are halves and quarters of it.
@@ -151,8 +151,8 @@ impl Flow {
         rows.extend([position, speed, equations.drive_force.first().unwrap_or(&none)].map(Clone::clone));
         rows.extend(equations.contact_force.iter().cloned());
         rows.extend(equations.compression.iter().map(|[depth, _]| depth.clone()));
-        let mut looks = Blocks::zeros(rows.len(), width);
-        rows.iter().enumerate().for_each(|(i, row)| looks.set_row(0, i, row));
+        let mut signal_rows = Blocks::zeros(rows.len(), width);
+        rows.iter().enumerate().for_each(|(i, row)| signal_rows.set_row(0, i, row));
         let linear = equations.is_linear();
         let (spans, moved) = (Vec::new(), Vec::new());
         Self {
@@ -166,7 +166,7 @@ impl Flow {
             moved,
             norm,
             bristles_per_s,
-            looks,
+            signal_rows,
             spans,
             longest_s,
             checks,
@@ -250,11 +250,11 @@ impl Flow {
         Ok(())
     }
 
-    /// The signals of a row (see [`Self::looks`]).
+    /// The signals of a row (see [`Self::signal_rows`]).
     #[inline(always)]
-    pub(super) fn look(&self, xi: &[f64], out: &mut Vec<f64>) {
-        out.resize(self.looks.padded_rows(), 0.0);
-        self.looks.apply(xi, out);
+    pub(super) fn evaluate_signals(&self, xi: &[f64], out: &mut Vec<f64>) {
+        out.resize(self.signal_rows.padded_rows(), 0.0);
+        self.signal_rows.apply(xi, out);
     }
 
     /// Advances the extended vector over a span into `out`.

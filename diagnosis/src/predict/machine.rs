@@ -90,8 +90,8 @@ impl Moving {
     /// The signals of a row: the channels before gain, delay and quantisation, then the others (see
     /// [`super::flow`]).
     #[inline(always)]
-    pub(super) fn look(&self, state: &State, out: &mut Vec<f64>) {
-        self.flows[state.flow].look(&state.xi, out);
+    pub(super) fn evaluate_signals(&self, state: &State, out: &mut Vec<f64>) {
+        self.flows[state.flow].evaluate_signals(&state.xi, out);
     }
 
     /// Gives a drive a new input. A drive with a limited rate starts its ramp here.

@@ -214,7 +214,7 @@ impl<'a> Predictor<'a> {
                     for state in window.iter_mut().chain([&mut state]) {
                         self.machine.impose(state, k as f64 * dt);
                     }
-                    self.machine.look(window.as_ref().unwrap_or(&state), &mut seen);
+                    self.machine.evaluate_signals(window.as_ref().unwrap_or(&state), &mut seen);
                     for (signal, &value) in signals.iter_mut().zip(&seen) {
                         signal.push(value);
                     }
@@ -227,7 +227,7 @@ impl<'a> Predictor<'a> {
                     }
                     if let Some(anchor) = &anchor {
                         if window.is_some() {
-                            self.machine.look(&state, &mut seen);
+                            self.machine.evaluate_signals(&state, &mut seen);
                         }
                         anchor.correct(&self.machine, &mut state, &seen, &self.record.series, k, dt);
                         self.machine.impose(&mut state, k as f64 * dt);
@@ -280,7 +280,7 @@ impl<'a> Predictor<'a> {
             let mut beyond = Vec::with_capacity(rows);
             for k in 0..rows.min(self.record.len()) {
                 self.machine.impose(&mut state, k as f64 * dt);
-                self.machine.look(&state, &mut seen);
+                self.machine.evaluate_signals(&state, &mut seen);
                 beyond.extend(anchor.beyond(&seen, &self.record.series, k));
                 self.drive_on(&mut state, commands, k, dt)?;
             }

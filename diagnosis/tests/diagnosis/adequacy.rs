@@ -9,7 +9,7 @@ use feeler_diagnosis::replay::replay;
 use feeler_diagnosis::report::{ForceOver, Verdict};
 use feeler_diagnosis::{Diagnosis, diagnose};
 use feeler_files::Document;
-use feeler_plant::assembly::{Source, Table};
+use feeler_plant::assembly::{Source, TabulatedForce};
 use feeler_plant::effects::{EffectUse, ForceTable, Kind, Parameters as _, SpeedTable};
 
 use crate::Noise;
@@ -204,7 +204,7 @@ fn truth_a_force_of_no_library_becomes_a_table_and_no_cause() {
     let effects = &answer.machine.springs["guide"].effects;
     let found = effects.iter().find_map(EffectUse::parameters::<ForceTable>).expect("it has one");
     // The machine has exactly the reported table.
-    let read = Table::of(&found.values());
+    let read = TabulatedForce::of(&found.values());
     assert_eq!(table.knots, read.points());
     for k in 0..=50 {
         let x = found.from + (found.to - found.from) * f64::from(k) / 50.0;
@@ -232,7 +232,7 @@ fn truth_a_force_of_no_library_over_speed_becomes_a_table_over_speed() {
     let found = effects.iter().find_map(EffectUse::parameters::<SpeedTable>).expect("it has one");
     // Damping is equivalent to a linear part of the table, so their sum is compared. There are few rows of
     // fast motion.
-    let read = Table::of(&found.values());
+    let read = TabulatedForce::of(&found.values());
     let damping = answer.machine.springs["guide"].damping_n_s_per_m;
     for v in [-0.12, -0.07, -0.03, 0.0, 0.03, 0.06, 0.12] {
         let (own, real) = (read.force(v) - damping * v, -bumps(v / WIDER) - DAMPING_N_S_PER_M * v);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use feeler_diagnosis::DiagnosisError;
 use feeler_diagnosis::dataset::{Dataset, Record};
-use feeler_diagnosis::import::{Model, Options, Role, import};
+use feeler_diagnosis::import::{ColumnRole, Model, Options, import};
 use feeler_plant::description::ActuatorKind;
 use feeler_problem::Remedy;
 
@@ -40,8 +40,8 @@ fn truth_targets_and_positions_are_paired_and_their_lag_is_found() {
     assert_eq!((clock.0.as_str(), clock.1), ("timestamp", "us"));
     for joint in ["hip", "knee"] {
         let guess = &survey.joints[joint];
-        assert_eq!(guess.columns[&Role::Target].column, format!("control.positions[{joint}]"));
-        assert_eq!(guess.columns[&Role::Position].column, format!("state.positions[{joint}]"));
+        assert_eq!(guess.columns[&ColumnRole::Target].column, format!("control.positions[{joint}]"));
+        assert_eq!(guess.columns[&ColumnRole::Position].column, format!("state.positions[{joint}]"));
         let follow = guess.follow.expect("it follows");
         // Lags are tried in steps of 2.5 ms.
         assert!((follow.lag_s - 0.06).abs() <= 0.0025 && follow.correlation > 0.999, "{follow:?}");
@@ -331,7 +331,7 @@ fn regress_no_joint_is_found_by_its_place_where_a_name_contradicts() {
 /// A torque, and a current whose force per ampere is unknown.
 #[test]
 fn regress_a_logged_torque_command_is_a_force_and_no_target() {
-    let stated = |role: Role, column: &str| (role, column.to_owned());
+    let stated = |role: ColumnRole, column: &str| (role, column.to_owned());
     for (command, said) in [
         ("knee_tau_cmd", "the command is the force of the drive"),
         ("knee_current_cmd", "the command is a current"),
@@ -344,7 +344,7 @@ fn regress_a_logged_torque_command_is_a_force_and_no_target() {
         }
         let path = folder.path().join("log.csv");
         fs::write(&path, log).expect("written");
-        let both = vec![stated(Role::Command, command), stated(Role::Position, "knee_pos")];
+        let both = vec![stated(ColumnRole::Command, command), stated(ColumnRole::Position, "knee_pos")];
         for (i, columns) in [Vec::new(), both].into_iter().enumerate() {
             let out = folder.path().join(format!("out{i}"));
             let options = Options { out: Some(out.clone()), columns, ..Options::default() };

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use feeler_diagnosis::dataset::{Dataset, Record};
-use feeler_diagnosis::import::{Model, Options, Role, Survey, import};
+use feeler_diagnosis::import::{ColumnRole, Model, Options, Survey, import};
 use feeler_files::Document;
 use feeler_plant::description::{ActuatorKind, MotorInput};
 
@@ -43,7 +43,7 @@ fn imported(folder: &Path, text: &str, more: Options) -> Survey {
 /// A name tells it, or the user does. The position beside it need not be stated if there is only one.
 #[test]
 fn truth_a_logged_voltage_or_duty_cycle_is_the_command_of_a_motor() {
-    let stated = |column: &str| vec![(Role::Command, column.to_owned())];
+    let stated = |column: &str| vec![(ColumnRole::Command, column.to_owned())];
     for (names, columns) in [
         (["knee_voltage_cmd", "knee_pos"], Vec::new()),
         (["pwm[knee]", "position[knee]"], Vec::new()),
@@ -95,7 +95,7 @@ fn truth_columns_without_names_are_stated_by_their_numbers() {
     let said = survey.notes.join(" ");
     assert!(said.contains("`3` follows `2` 60 ms later"), "{said}");
     assert!(said.contains("`--target 2 --position 3`"), "{said}");
-    let columns = vec![(Role::Target, "2".to_owned()), (Role::Position, "3".to_owned())];
+    let columns = vec![(ColumnRole::Target, "2".to_owned()), (ColumnRole::Position, "3".to_owned())];
     let survey = imported(folder.path(), &text, Options { columns, ..Options::default() });
     let dataset = Dataset::load(&survey.datasets[0].folder).expect("it is sound");
     assert_eq!(dataset.records[0].len(), 4000);

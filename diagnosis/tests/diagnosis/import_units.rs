@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use feeler_diagnosis::dataset::Dataset;
-use feeler_diagnosis::import::{Options, Role, Survey, UnitGuess, import};
+use feeler_diagnosis::import::{ColumnRole, Options, Survey, UnitGuess, import};
 
 /// A target, and a position 50 ms later, times a factor.
 fn log(folder: &Path, file: &str, names: [&str; 2], times: f64) {
@@ -35,9 +35,9 @@ fn truth_a_position_in_another_unit_than_its_target_gets_the_unit_that_makes_the
     ] {
         let survey = imported("a.csv", ["target", "position"], times, &Options::default());
         let guess = &survey.joints[""];
-        let found = guess.columns[&Role::Position].unit.as_ref().map(|(unit, _)| unit.clone());
+        let found = guess.columns[&ColumnRole::Position].unit.as_ref().map(|(unit, _)| unit.clone());
         assert_eq!(found, expected, "{times}");
-        assert_eq!(guess.columns[&Role::Target].unit, None, "{times}");
+        assert_eq!(guess.columns[&ColumnRole::Target].unit, None, "{times}");
         let follow = guess.follow.expect("it follows");
         assert_eq!(follow.is_turned(), times < 0.0, "{follow:?}");
         assert!((follow.lag_s - 0.05).abs() <= 0.0025, "{follow:?}");
@@ -46,10 +46,10 @@ fn truth_a_position_in_another_unit_than_its_target_gets_the_unit_that_makes_the
     let survey = imported("a.csv", ["target", "position"], TAU / 360.0, &Options::default());
     let found = &survey.joints[""].columns;
     assert_eq!(
-        found[&Role::Target].unit.as_ref().map(|(unit, _)| unit.clone()),
+        found[&ColumnRole::Target].unit.as_ref().map(|(unit, _)| unit.clone()),
         Some(UnitGuess::Symbol("deg".into()))
     );
-    assert_eq!(found[&Role::Position].unit, None);
+    assert_eq!(found[&ColumnRole::Position].unit, None);
 }
 
 /// A file called after the target of a run still has a position.
@@ -77,7 +77,8 @@ fn truth_a_log_in_millimetres_gives_the_dataset_of_a_slide() {
 fn truth_a_stated_column_that_no_run_has_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     log(folder.path(), "a.csv", ["target", "position"], 1.0);
-    let columns = vec![(Role::Target, "goal".to_owned()), (Role::Position, "position".to_owned())];
+    let columns =
+        vec![(ColumnRole::Target, "goal".to_owned()), (ColumnRole::Position, "position".to_owned())];
     let options = Options { columns, ..Options::default() };
     let error = import(&[&folder.path().join("a.csv")], &options, &|_| ()).expect_err("no such column");
     assert!(error.to_string().contains("there is no column `goal`"), "{error}");
@@ -103,7 +104,7 @@ fn truth_targets_without_names_belong_to_the_positions_that_follow_each_alone() 
         fs::write(folder.path().join("joint_states.csv"), states).expect("written");
         let survey = import(&[folder.path()], &Options::default(), &|_| ()).expect("a survey");
         let target = |joint: &str| {
-            survey.joints[joint].columns.get(&Role::Target).map(|chosen| chosen.column.as_str())
+            survey.joints[joint].columns.get(&ColumnRole::Target).map(|chosen| chosen.column.as_str())
         };
         let expected = if paired { [Some("commands.data[0]"), Some("commands.data[1]")] } else { [None; 2] };
         assert_eq!(["elbow", "wrist"].map(target), expected, "{:?}", survey.joints);
@@ -121,7 +122,7 @@ fn truth_a_plan_of_several_points_is_no_target() {
     }
     fs::write(&file, rows).expect("written");
     let survey = import(&[&file], &Options::default(), &|_| ()).expect("a survey");
-    assert_eq!(survey.joints["elbow"].columns.get(&Role::Target), None);
+    assert_eq!(survey.joints["elbow"].columns.get(&ColumnRole::Target), None);
     assert!(survey.notes[0].contains("plans of several points"), "{:?}", survey.notes);
 }
 

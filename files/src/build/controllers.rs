@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use feeler_catalogue::{Dimension, Record};
+use feeler_catalogue::{Dimension, Keyed};
 use feeler_control::reference::FOLLOWED;
 use feeler_control::{ControllerSpec, Law, READS, Reference};
 use feeler_engine::ControllerUse;
@@ -55,12 +55,9 @@ impl Builder<'_> {
         if found.spec.jitter_s >= found.spec.period_s {
             let (jitter, period) = (found.spec.jitter_s, found.spec.period_s);
             let message = format!("a jitter of {jitter} s is not below the period of {period} s");
-            self.problems.add(
-                item.place("jitter"),
-                item.key("jitter"),
-                message,
-                "write a jitter well below the period",
-            );
+            let key = ControllerSpec::JITTER.key.name;
+            let remedy = "write a jitter well below the period";
+            self.problems.add(item.place(key), item.key(key), message, remedy);
         }
         let Err(error) = error else { return };
         let key = match error.place() {
@@ -85,7 +82,7 @@ impl Builder<'_> {
         for problem in found.wiring_problems(machine) {
             let sensor = match problem.key.as_str() {
                 key if key == READS.name => found.reads.as_deref(),
-                "motion" => found.motion.as_deref(),
+                key if key == ControllerUse::MOTION.key.name => found.motion.as_deref(),
                 _ => None,
             };
             let sensor = sensor.filter(|name| machine.sensors.contains_key(*name));

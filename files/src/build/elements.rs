@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use feeler_catalogue::{Bound, Dimension, Record, Role};
+use feeler_catalogue::{Bound, Content, Dimension, KeyRole, Keyed};
 use feeler_plant::description::{
-    Actuator, ActuatorKind, Body, Contact, ContactLaw, Machine, MotorInput, Profile, Quantity, Sensor,
-    SignalName, Spring,
+    Actuator, Body, Contact, ContactLaw, Machine, MotorInput, Profile, Quantity, Sensor, SignalName, Spring,
 };
 use feeler_plant::effects::HostKind;
 
@@ -45,7 +44,7 @@ impl Builder<'_> {
         if spring.rigid {
             // `rigid` overrides values from another file or a setting. In the same file it contradicts them.
             let here = item.table.get(Spring::RIGID.key.name).map(|entry| entry.node.origin.source);
-            for field in Spring::FIELDS.iter().filter(|field| field.role == Role::Believed) {
+            for field in Spring::FIELDS.iter().filter(|field| field.role == KeyRole::Believed) {
                 let key = field.key.name;
                 let written = item.table.get(key).filter(|entry| Some(entry.node.origin.source) == here);
                 if let Some(entry) = written.filter(|_| field.number(&spring) != Some(0.0)) {
@@ -156,18 +155,17 @@ impl Builder<'_> {
         let kind =
             node_at(&self.draft.root, &[ACTUATORS.table, actuator, KIND]).and_then(|node| node.as_text());
         let mut found: Actuator = of_form(kind);
-        let input = node_at(&self.draft.root, &[ACTUATORS.table, actuator, "input"]);
-        if let ActuatorKind::DcMotor(motor) = &mut found.kind
-            && let Some(word) = input.and_then(|node| node.as_text())
-        {
-            motor.input = MotorInput::named(word).unwrap_or_default();
+        let input = Actuator::MOTOR_INPUT;
+        let node = node_at(&self.draft.root, &[ACTUATORS.table, actuator, input.key.name]);
+        if let Some(word) = node.and_then(|node| MotorInput::named(node.as_text()?)) {
+            (input.set)(&mut found, &Content::Word(word.name()));
         }
         found.kind.command()
     }
 }
 
 /// The value of a table of this form before its keys are read; of the first form if `name` is not a form.
-fn of_form<T: Record>(name: Option<&str>) -> T {
+fn of_form<T: Keyed>(name: Option<&str>) -> T {
     let named = T::FORMS.iter().find(|form| Some(form.name) == name);
     (named.unwrap_or(&T::FORMS[0]).start)()
 }

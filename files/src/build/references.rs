@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use feeler_catalogue::{Content, Contents, Record};
+use feeler_catalogue::{Content, Contents, Keyed};
 use feeler_control::ReferenceSpec;
 use feeler_control::reference::{FOLLOWED, SAMPLES_FILE, SAMPLES_PATH};
 

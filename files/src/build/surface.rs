@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use feeler_catalogue::{Contents, Key, Record};
+use feeler_catalogue::{Contents, Key, Keyed};
 use feeler_geometry::{Feed, GeometryError, Material, Placement, Shape, hertz_stiffness};
 use feeler_plant::description::{Contact, ContactLaw, Elements, Engagement, Knot, Machine, Profile};
 use feeler_problem::{Problem, Remedy};

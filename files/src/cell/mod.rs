@@ -6,7 +6,7 @@ mod axis;
 use std::path::{Path, PathBuf};
 
 use feeler_arm::{ArmError, Target, inverse_kinematics, usual_starts};
-use feeler_catalogue::{Contents, Keys, Record};
+use feeler_catalogue::{Contents, Keyed, Keys};
 use feeler_engine::RunSettings;
 use feeler_geometry::{Placement, Shape};
 use feeler_manipulator::{Cell, CellSimulation, Hold, ManipulatorError, Part, Start};

@@ -1,13 +1,16 @@
 //! Arm files.
 
 use feeler_arm::JointDrive;
-use feeler_catalogue::{Key, Keys, Kind, Record, keys, optional, required};
+use feeler_catalogue::{Key, KeyKind, Keyed, Keys, keys, optional, required};
 
-pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the URDF's if absent");
-pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what it is");
-pub(crate) const URDF: Key = required("urdf", Kind::Text, "the URDF file, relative to this one");
-pub(crate) const TOOL: Key =
-    optional("tool", Kind::Text, "link whose frame is the tool's; if absent, the last link without a child");
+pub(crate) const NAME: Key = optional("name", KeyKind::Text, "short name; the URDF's if absent");
+pub(crate) const ABOUT: Key = optional("about", KeyKind::Text, "what it is");
+pub(crate) const URDF: Key = required("urdf", KeyKind::Text, "the URDF file, relative to this one");
+pub(crate) const TOOL: Key = optional(
+    "tool",
+    KeyKind::Text,
+    "link whose frame is the tool's; if absent, the last link without a child",
+);
 
 /// The table of the joints.
 pub(crate) const JOINTS: &str = "joints";

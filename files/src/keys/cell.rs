@@ -1,6 +1,6 @@
 //! Scenarios of a whole arm.
 
-use feeler_catalogue::{Bound, Dimension, Key, Keys, Kind, Record, Unit, keys, number, optional, required};
+use feeler_catalogue::{Bound, Dimension, Key, KeyKind, Keyed, Keys, Unit, keys, number, optional, required};
 use feeler_geometry::Placement;
 use feeler_manipulator::Hold;
 
@@ -9,13 +9,13 @@ use super::{ABOUT, BASE, CONTACTS, CONTROLLERS, NAME, RUN_TABLE, SENSORS};
 
 pub(crate) const ARM_FILE: Key = required(
     "arm",
-    Kind::Text,
+    KeyKind::Text,
     "an arm file, or a URDF (`.urdf`), relative to this one; keys of `[joints]` here replace those of the \
      arm file",
 );
 pub(crate) const TOOL: Key = optional(
     "tool",
-    Kind::Text,
+    KeyKind::Text,
     "with a URDF: link whose frame is the tool's; if absent, the last link without a child",
 );
 const BUILDS_ON: Key =
@@ -27,18 +27,18 @@ pub(crate) static CELL: Keys = Keys { keys: &[NAME, ABOUT, ARM_FILE, TOOL, BUILD
 pub(crate) const POSE: Key = optional(
     "pose",
     // Pure numbers are rad; a text may have `deg`.
-    Kind::Numbers(Unit::Of(Dimension::NONE), 0),
+    KeyKind::Numbers(Unit::Of(Dimension::NONE), 0),
     "positions of the joints in their order, rad (m of one that slides); or `place`",
 );
 pub(crate) const PLACE: Key = optional(
     "place",
-    Kind::Numbers(Unit::Of(Dimension::LENGTH), 3),
+    KeyKind::Numbers(Unit::Of(Dimension::LENGTH), 3),
     "tool position in the base's frame, its x axis along the normal; with fewer than five joints the \
      position alone",
 );
 pub(crate) const NORMAL: Key = required(
     "normal",
-    Kind::Numbers(Unit::Of(Dimension::NONE), 3),
+    KeyKind::Numbers(Unit::Of(Dimension::NONE), 3),
     "from the tool into the workpiece, in the base's frame: the direction of force control",
 );
 pub(crate) const SPEED: Key =

@@ -1,6 +1,6 @@
 //! Controllers: the keys of their wiring, those of every controller, and those of each law.
 
-use feeler_catalogue::{Choice, Keys, Record, Variant, joined, keys, variants};
+use feeler_catalogue::{Choice, Keyed, Keys, Variant, joined, keys, variants};
 use feeler_control::reference::FOLLOWED;
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::ControllerUse;

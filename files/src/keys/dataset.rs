@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use feeler_catalogue::{
-    Bound, Dimension, Field, Key, Keys, Kind, Record, Unit, field, joined, keys, number, optional, required,
-    words,
+    Bound, Dimension, Field, Key, KeyKind, Keyed, Keys, Unit, field, joined, keys, number, optional,
+    required, words,
 };
 use feeler_plant::description::{Engagement, SignalName};
 
-pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the folder's if absent");
-pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what was measured");
+pub(crate) const NAME: Key = optional("name", KeyKind::Text, "short name; the folder's if absent");
+pub(crate) const ABOUT: Key = optional("about", KeyKind::Text, "what was measured");
 pub(crate) const MACHINE: Key =
-    required("machine", Kind::Text, "the file of the believed machine, relative to this one");
+    required("machine", KeyKind::Text, "the file of the believed machine, relative to this one");
 
 /// The table of the columns.
 pub(crate) const COLUMNS: &str = "columns";
@@ -24,14 +24,14 @@ pub(crate) static DATASET: Keys = Keys { keys: &[NAME, ABOUT, MACHINE, CLOCK, RA
 /// The key of the unit of all clocks.
 pub(crate) const CLOCK: Key = optional(
     "clock",
-    Kind::Word(LogClock::WORDS),
+    KeyKind::Word(LogClock::WORDS),
     "unit of the clock of all files, if it differs from their headers",
 );
 
 /// The key of the rate of rows without a clock.
 pub(crate) const RATE: Key = optional(
     "rate",
-    Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+    KeyKind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
     "rate of the rows of files in which no column is a clock",
 );
 
@@ -53,7 +53,7 @@ words!(LogClock {
 
 /// A column of every file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct ColumnSpec {
     /// Signal of the column in the machine.
     pub signal: SignalName,
     /// Time for which a command is held between controller samples.
@@ -70,7 +70,7 @@ pub struct Column {
     pub offset: f64,
 }
 
-impl Column {
+impl ColumnSpec {
     /// A column under its own name, with values in SI.
     pub fn plain(signal: SignalName) -> Self {
         Self { signal, hold_s: None, noise: None, resolution: None, number: None, scale: 1.0, offset: 0.0 }
@@ -90,79 +90,83 @@ pub struct Experiment {
     /// Engagement that replaces that of the machine's contacts.
     pub engagement: Option<Engagement>,
     /// Use of the experiment; by default the diagnosis splits the experiments.
-    pub role: Option<Role>,
+    pub role: Option<ExperimentRole>,
     /// Experiments with the same name are repetitions of each other.
     pub repeat: Option<String>,
 }
 
 /// Use of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Role {
+pub enum ExperimentRole {
     /// The experiment is fitted.
     Fit,
     /// The experiment is scored, never fitted.
     Check,
 }
 
-words!(Role {
+words!(ExperimentRole {
     Fit = "fit", "fitted";
     Check = "check", "scored, never fitted";
 });
 
 /// The key of a column's signal.
-pub(crate) const SIGNAL: Key = required("signal", Kind::Signal, "its signal in the machine");
+pub(crate) const SIGNAL: Key = required("signal", KeyKind::Signal, "its signal in the machine");
 
 /// The key of the unit of a column's numbers.
 pub(crate) const UNIT: Key =
-    optional("unit", Kind::Text, "unit of the numbers in the file; if absent, the SI unit of the signal");
+    optional("unit", KeyKind::Text, "unit of the numbers in the file; if absent, the SI unit of the signal");
 
 /// All keys except signal and unit, on which these keys depend.
-impl Record for Column {
+impl Keyed for ColumnSpec {
     const FIELDS: &'static [Field<Self>] = &[
         field!(
-            Column: hold_s,
+            ColumnSpec: hold_s,
             optional(
                 "hold",
-                Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Positive),
+                KeyKind::Quantity(Unit::Of(Dimension::TIME), Bound::Positive),
                 "time for which a command is held between controller samples; if absent, a force or voltage \
                  goes in straight lines from row to row (a diagnosis fits its instant, within half a row)",
             )
         ),
-        field!(Column: noise,
-            optional("noise", Kind::Quantity(Unit::Signal, Bound::NotNegative),
+        field!(ColumnSpec: noise,
+            optional("noise", KeyKind::Quantity(Unit::Signal, Bound::NotNegative),
                 "standard deviation, if known")),
-        field!(Column: resolution,
-            optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive),
+        field!(ColumnSpec: resolution,
+            optional("resolution", KeyKind::Quantity(Unit::Signal, Bound::Positive),
                 "smallest step of its values, if known")),
-        field!(Column: number,
-            optional("column", Kind::Count(1, 1_000_000),
+        field!(ColumnSpec: number,
+            optional("column", KeyKind::Count(1, 1_000_000),
                 "its number in the file, from 1, in place of its name")),
-        field!(Column: scale,
+        field!(ColumnSpec: scale,
             number("scale", Unit::Of(Dimension::NONE), Bound::Any, 1.0,
                 "factor on the numbers in the file, as for counts or a sign")),
-        field!(Column: offset,
+        field!(ColumnSpec: offset,
             number("offset", Unit::Signal, Bound::Any, 0.0, "added to them after the factor")),
     ];
 }
 
 /// `[columns.*]`
 pub(crate) static COLUMN: Keys =
-    Keys { keys: joined!(&[SIGNAL, UNIT] as &[Key], keys!(Column::FIELDS)), choice: None };
+    Keys { keys: joined!(&[SIGNAL, UNIT] as &[Key], keys!(ColumnSpec::FIELDS)), choice: None };
 
 /// The key of an experiment's file.
-pub(crate) const FILE: Key =
-    required("file", Kind::Text, "a log, relative to this file: CSV, MCAP, ROS 2 bag, Parquet, npz or npy");
+pub(crate) const FILE: Key = required(
+    "file",
+    KeyKind::Text,
+    "a log, relative to this file: CSV, MCAP, ROS 2 bag, Parquet, npz or npy",
+);
 
 /// All keys except the file, whose path is relative to the dataset.
-impl Record for Experiment {
+impl Keyed for Experiment {
     const FIELDS: &'static [Field<Self>] = &[
         field!(Experiment: engagement,
-            optional("engagement", Kind::Word(Engagement::WORDS),
+            optional("engagement", KeyKind::Word(Engagement::WORDS),
                 "overrides the engagement of the machine's contacts")),
         field!(Experiment: role,
-            optional("role", Kind::Word(Role::WORDS), "if absent, the diagnosis splits the experiments")),
+            optional("role", KeyKind::Word(ExperimentRole::WORDS),
+                "if absent, the diagnosis splits the experiments")),
         field!(Experiment: repeat,
-            optional("repeat", Kind::Text, "experiments with the same name are repetitions")),
+            optional("repeat", KeyKind::Text, "experiments with the same name are repetitions")),
     ];
 }
 

@@ -1,6 +1,6 @@
 //! Bodies, springs, contacts, actuators, sensors: their texts, and keys that fill no struct.
 
-use feeler_catalogue::{Choice, Keys, Record, Variant, joined, keys, variants};
+use feeler_catalogue::{Choice, Keyed, Keys, Variant, joined, keys, variants};
 use feeler_plant::description::{Actuator, Body, Contact, Sensor, Spring};
 use feeler_plant::effects::HostKind;
 

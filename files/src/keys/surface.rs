@@ -1,7 +1,7 @@
 //! `surface` and `profile` of a contact.
 
 use feeler_catalogue::{
-    Bound, Choice, Dimension, Field, Form, Key, Keys, Kind, Record, Unit, Variant, chained, field, form,
+    Bound, Choice, Dimension, Field, Form, Key, KeyKind, Keyed, Keys, Unit, Variant, chained, field, form,
     keys, number, optional, required, variants,
 };
 use feeler_geometry::{Material, Placement, Shape};
@@ -21,7 +21,7 @@ pub(crate) enum ShapeFile {
 }
 
 const MESH_FILE: Key =
-    required(FILE, Kind::Text, "the file, relative to this one: `.stl` (text or binary) or `.obj`");
+    required(FILE, KeyKind::Text, "the file, relative to this one: `.stl` (text or binary) or `.obj`");
 const MESH: &[Field<ShapeFile>] = &[
     field!(ShapeFile: ShapeFile::Hull { file, .. } | ShapeFile::Mesh { file, .. } => *file, MESH_FILE),
     field!(ShapeFile: ShapeFile::Hull { scale_m, .. } | ShapeFile::Mesh { scale_m, .. } => *scale_m,
@@ -29,15 +29,15 @@ const MESH: &[Field<ShapeFile>] = &[
 ];
 const HEIGHT_FIELD: &[Field<ShapeFile>] = &[
     field!(ShapeFile: ShapeFile::HeightField { file, .. } => *file,
-        required(FILE, Kind::Text,
+        required(FILE, KeyKind::Text,
             "a CSV file, relative to this one, without a header: one line per z, one height in m per y")),
     field!(ShapeFile: ShapeFile::HeightField { extents_m, .. } => extents_m[0],
-        required("extent_y", Kind::Quantity(LENGTH, Bound::Positive), "length of a line")),
+        required("extent_y", KeyKind::Quantity(LENGTH, Bound::Positive), "length of a line")),
     field!(ShapeFile: ShapeFile::HeightField { extents_m, .. } => extents_m[1],
-        required("extent_z", Kind::Quantity(LENGTH, Bound::Positive), "from the first line to the last")),
+        required("extent_z", KeyKind::Quantity(LENGTH, Bound::Positive), "from the first line to the last")),
 ];
 
-impl Record for ShapeFile {
+impl Keyed for ShapeFile {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[
         form!("hull", "the convex hull of the corners of a mesh file", ShapeFile: ShapeFile::Hull { .. },
@@ -68,7 +68,7 @@ pub(crate) const SHAPES: Choice =
 
 static MATERIAL_KEYS: Keys = Keys { keys: keys!(Material::FIELDS), choice: None };
 pub(crate) const MATERIAL: Key =
-    optional("material", Kind::Table(&MATERIAL_KEYS), "material, for the stiffness of a `hertz` law");
+    optional("material", KeyKind::Table(&MATERIAL_KEYS), "material, for the stiffness of a `hertz` law");
 
 const PLACE: &[Key] = keys!(Placement::FIELDS);
 const SIDEWAYS: &str = "position sideways";
@@ -104,14 +104,15 @@ const LINE: &[Field<FeedKeys>] = &[
     field!(FeedKeys: FeedKeys::Line { velocity_m_per_s, .. } => velocity_m_per_s[1],
         number("velocity_z", VELOCITY, Bound::Any, 0.0, "velocity")),
     field!(FeedKeys: FeedKeys::Line { duration_s, .. } => *duration_s,
-        required("duration", Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e5)), "how long")),
+        required("duration", KeyKind::Quantity(Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e5)),
+            "how long")),
 ];
 const PATH: &[Field<FeedKeys>] = &[field!(
     FeedKeys: FeedKeys::Path { file } => *file,
-    required("file", Kind::Text, "a CSV file with the header `t_s,y_m,z_m`, relative to this one")
+    required("file", KeyKind::Text, "a CSV file with the header `t_s,y_m,z_m`, relative to this one")
 )];
 
-impl Record for FeedKeys {
+impl Keyed for FeedKeys {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[
         form!("line", "at a constant velocity", FeedKeys: FeedKeys::Line { .. },
@@ -132,26 +133,26 @@ static FEED_KEYS: Keys = Keys {
     }),
 };
 
-pub(crate) const TIP: Key = required("tip", Kind::Table(&BODY), "shape of the tip, about its body");
+pub(crate) const TIP: Key = required("tip", KeyKind::Table(&BODY), "shape of the tip, about its body");
 pub(crate) const WORKPIECE: Key =
-    required("workpiece", Kind::Table(&BODY), "shape of the workpiece where its body is at zero");
-pub(crate) const FEED: Key = required("feed", Kind::Table(&FEED_KEYS), "how the tip travels sideways");
+    required("workpiece", KeyKind::Table(&BODY), "shape of the workpiece where its body is at zero");
+pub(crate) const FEED: Key = required("feed", KeyKind::Table(&FEED_KEYS), "how the tip travels sideways");
 pub(crate) const ERROR: Key =
     number("error", LENGTH, Bound::Above(0.0, 1.0), 1e-8, "largest error of the gap along the feed");
 static SURFACE_KEYS: Keys = Keys { keys: &[TIP, WORKPIECE, FEED, ERROR], choice: None };
 
-pub(crate) const OFFSET: Key = required("offset", Kind::Points(LENGTH), "[[time, offset], ...]");
+pub(crate) const OFFSET: Key = required("offset", KeyKind::Points(LENGTH), "[[time, offset], ...]");
 pub(crate) const RATE: Key = optional(
     "rate",
-    Kind::Points(VELOCITY),
+    KeyKind::Points(VELOCITY),
     "[[time, rate], ...] at the same times; if absent, that of a smooth curve at rest at both ends",
 );
 static PROFILE_KEYS: Keys = Keys { keys: &[OFFSET, RATE], choice: None };
 
 pub(crate) const SURFACE: Key = optional(
     "surface",
-    Kind::Table(&SURFACE_KEYS),
+    KeyKind::Table(&SURFACE_KEYS),
     "shapes whose distance is added to the gap while the tip travels sideways",
 );
 pub(crate) const PROFILE: Key =
-    optional("profile", Kind::Table(&PROFILE_KEYS), "offset of the gap over time, as points");
+    optional("profile", KeyKind::Table(&PROFILE_KEYS), "offset of the gap over time, as points");

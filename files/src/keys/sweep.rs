@@ -1,25 +1,30 @@
 //! Sweep files.
 
 use feeler_catalogue::{
-    Absent, Bound, Choice, Dimension, Field, Key, Keys, Kind, Record, Unit, Variant, field, keys, optional,
+    Absent, Bound, Choice, Dimension, Field, Key, KeyKind, Keyed, Keys, Unit, Variant, field, keys, optional,
     required, word, words,
 };
 
 /// Largest number of points of an axis, and of samples of a sweep.
 pub(crate) const MOST_POINTS: u64 = 10_000_000;
 
-pub(crate) const SCENARIO: Key = required("scenario", Kind::Text, "the scenario file, relative to this one");
-pub(crate) const NAME: Key = optional("name", Kind::Text, "short name");
-pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what it is for");
+pub(crate) const SCENARIO: Key =
+    required("scenario", KeyKind::Text, "the scenario file, relative to this one");
+pub(crate) const NAME: Key = optional("name", KeyKind::Text, "short name");
+pub(crate) const ABOUT: Key = optional("about", KeyKind::Text, "what it is for");
 pub(crate) const SAMPLING: Key = optional(
     "sampling",
-    Kind::Word(Sampling::WORDS),
+    KeyKind::Word(Sampling::WORDS),
     "how points are chosen; if absent, a grid, or random draws if an axis is a distribution",
 );
 pub(crate) const SAMPLES: Key =
-    optional("samples", Kind::Count(1, MOST_POINTS), "number of points to draw; not for a grid");
-pub(crate) const SEED: Key =
-    Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1), text: "seed of the draws" };
+    optional("samples", KeyKind::Count(1, MOST_POINTS), "number of points to draw; not for a grid");
+pub(crate) const SEED: Key = Key {
+    name: "seed",
+    kind: KeyKind::Count(0, u64::MAX),
+    absent: Absent::Count(1),
+    text: "seed of the draws",
+};
 
 /// The table of the axes.
 pub(crate) const AXES: &str = "axes";
@@ -66,12 +71,12 @@ words!(Sampling {
 
 pub(crate) const POINTS: Key = required(
     "points",
-    Kind::Count(1, MOST_POINTS),
+    KeyKind::Count(1, MOST_POINTS),
     "number of values, both ends included; 1 only if both ends are equal",
 );
 pub(crate) const AXIS_TOLERANCE: Key = optional(
     "tolerance",
-    Kind::Quantity(Unit::Swept, Bound::Positive),
+    KeyKind::Quantity(Unit::Swept, Bound::Positive),
     "with [refine], the tolerance of an edge, in the unit of the key",
 );
 
@@ -87,7 +92,7 @@ pub(crate) static AXIS: Keys = Keys {
                 name: "linear",
                 text: "evenly spaced values",
                 keys: &[
-                    required("linear", Kind::Range(Unit::Swept), "first and last value"),
+                    required("linear", KeyKind::Range(Unit::Swept), "first and last value"),
                     POINTS,
                     AXIS_TOLERANCE,
                 ],
@@ -96,7 +101,7 @@ pub(crate) static AXIS: Keys = Keys {
                 name: "log",
                 text: "values with a constant ratio",
                 keys: &[
-                    required("log", Kind::Range(Unit::Swept), "first and last value, of the same sign"),
+                    required("log", KeyKind::Range(Unit::Swept), "first and last value, of the same sign"),
                     POINTS,
                     Key {
                         text: "with [refine], the tolerance of an edge as a ratio, as in \"2 %\"",
@@ -107,14 +112,14 @@ pub(crate) static AXIS: Keys = Keys {
             Variant {
                 name: "uniform",
                 text: "drawn uniformly",
-                keys: &[required("uniform", Kind::Range(Unit::Swept), "smallest and largest value")],
+                keys: &[required("uniform", KeyKind::Range(Unit::Swept), "smallest and largest value")],
             },
             Variant {
                 name: "log_uniform",
                 text: "drawn with a uniform logarithm",
                 keys: &[required(
                     "log_uniform",
-                    Kind::Range(Unit::Swept),
+                    KeyKind::Range(Unit::Swept),
                     "smallest and largest value, of the same sign",
                 )],
             },
@@ -122,22 +127,22 @@ pub(crate) static AXIS: Keys = Keys {
     }),
 };
 
-impl Record for Keep {
+impl Keyed for Keep {
     const FIELDS: &'static [Field<Self>] = &[
         field!(Keep: outcome,
-            Key { name: "outcome", kind: Kind::Flag, absent: Absent::Flag(true),
+            Key { name: "outcome", kind: KeyKind::Flag, absent: Absent::Flag(true),
                 text: "settled, chatter, unstable or no-contact, with its measures" }),
         field!(
             Keep: tail,
             optional(
                 "tail",
-                Kind::Count(0, 1000),
+                KeyKind::Count(0, 1000),
                 "number of last impacts and strobes of each run, for bifurcation diagrams; default 64 \
                  with one numeric axis, else 0",
             )
         ),
         field!(Keep: traces,
-            Key { name: "traces", kind: Kind::Flag, absent: Absent::Flag(false),
+            Key { name: "traces", kind: KeyKind::Flag, absent: Absent::Flag(false),
                 text: "the recorded signals of every run" }),
     ];
 }
@@ -147,12 +152,12 @@ pub(crate) static KEEP: Keys = Keys { keys: keys!(Keep::FIELDS), choice: None };
 
 pub(crate) const TOLERANCE: Key = optional(
     "tolerance",
-    Kind::Quantity(Unit::Of(Dimension::NONE), Bound::Above(0.0, 1.0)),
+    KeyKind::Quantity(Unit::Of(Dimension::NONE), Bound::Above(0.0, 1.0)),
     "tolerance of an edge, as a share of each axis without its own; without any tolerance, four halvings",
 );
 pub(crate) const LEVELS: Key = optional(
     "levels",
-    Kind::Count(1, 12),
+    KeyKind::Count(1, 12),
     "instead of tolerances: how many times the grid is halved along boundaries; default 4",
 );
 /// Boundaries of the outcome itself.
@@ -160,7 +165,7 @@ pub(crate) const BY_OUTCOME: &str = "outcome";
 const BY_STABILITY: &str = "stability";
 pub(crate) const BY: Key = Key {
     name: "by",
-    kind: Kind::Word(&[
+    kind: KeyKind::Word(&[
         word(BY_STABILITY, "whether the force settles"),
         word(BY_OUTCOME, "the outcome itself; chatter and limit cycles then have a boundary too"),
     ]),

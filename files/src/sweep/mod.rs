@@ -7,7 +7,7 @@ mod unit;
 
 use std::path::{Path, PathBuf};
 
-use feeler_catalogue::{Contents, Record};
+use feeler_catalogue::{Contents, Keyed};
 use indexmap::IndexMap;
 
 pub use axes::SweepAxis;

@@ -1,6 +1,6 @@
 //! The unit of a key, for axes of drawings.
 
-use feeler_catalogue::{Dimension, Keys, Kind, Unit};
+use feeler_catalogue::{Dimension, KeyKind, Keys, Unit};
 use feeler_engine::Scenario;
 use feeler_plant::description::Axis;
 use feeler_plant::effects;
@@ -58,17 +58,17 @@ fn unit(shape: &'static Keys, variant: Option<&str>, path: &[&str]) -> Option<Un
     let key = of_variant.or_else(|| shape.all_keys().find(|key| key.name == *name))?;
     match (key.kind, rest) {
         // Entries of lists count from zero. The first number of a point is the time.
-        (Kind::Points(_) | Kind::Reference(_), [point, "0"]) if is_place(point) => Some(TIME),
-        (Kind::Reference(_), [point, _]) if is_place(point) => Some(Unit::Reference),
-        (Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _), [])
-        | (Kind::Numbers(unit, _) | Kind::Range(unit), [_])
-        | (Kind::Points(unit), [_, _]) => Some(unit),
-        (Kind::Reference(_), []) => Some(Unit::Reference),
+        (KeyKind::Points(_) | KeyKind::Reference(_), [point, "0"]) if is_place(point) => Some(TIME),
+        (KeyKind::Reference(_), [point, _]) if is_place(point) => Some(Unit::Reference),
+        (KeyKind::Quantity(unit, _) | KeyKind::QuantityOrTable(_, unit, _), [])
+        | (KeyKind::Numbers(unit, _) | KeyKind::Range(unit), [_])
+        | (KeyKind::Points(unit), [_, _]) => Some(unit),
+        (KeyKind::Reference(_), []) => Some(Unit::Reference),
         (
-            Kind::Table(shape)
-            | Kind::QuantityOrTable(_, _, shape)
-            | Kind::WordOrTable(_, shape)
-            | Kind::Reference(shape),
+            KeyKind::Table(shape)
+            | KeyKind::QuantityOrTable(_, _, shape)
+            | KeyKind::WordOrTable(_, shape)
+            | KeyKind::Reference(shape),
             rest,
         ) => unit(shape, None, rest),
         _ => None,

@@ -1,10 +1,11 @@
 //! Bodies, springs, contacts, actuators, sensors.
 
-use feeler_catalogue::{Content, Record};
+use feeler_catalogue::{Content, Keyed};
 use feeler_plant::description::{Contact, Elements, Knot, Machine, Profile};
 use feeler_plant::effects::EffectUse;
 
 use super::{Writer, inline};
+use crate::keys::surface::{OFFSET, PROFILE, RATE};
 use crate::keys::{ACTUATORS, BODIES, CONTACTS, Element, SENSORS, SPRINGS};
 
 impl Writer {
@@ -18,7 +19,7 @@ impl Writer {
         self.each(&SENSORS, &machine.sensors, |sensor| &sensor.effects);
     }
 
-    fn each<T: Record>(
+    fn each<T: Keyed>(
         &mut self,
         element: &Element,
         elements: &Elements<T>,
@@ -42,9 +43,9 @@ impl Writer {
                 inline(&Content::Points(profile.knots().iter().map(|knot| (knot.t_s, value(knot))).collect()))
             };
             let (offset, rate) = (points(|knot| knot.offset_m), points(|knot| knot.rate_m_per_s));
-            self.header(&[table, name, "profile"]);
-            self.line("offset", offset);
-            self.line("rate", rate);
+            self.header(&[table, name, PROFILE.name]);
+            self.line(OFFSET.name, offset);
+            self.line(RATE.name, rate);
         }
         self.effects(table, name, &contact.effects);
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use feeler_control::ReferenceSpec;
 use feeler_files::{
-    DatasetFile, Document, FormatError, Role, Sampling, Setting, SweepAxis, SweepFile, followed_by,
+    DatasetFile, Document, ExperimentRole, FormatError, Sampling, Setting, SweepAxis, SweepFile, followed_by,
 };
 
 use crate::COMPLETE;
@@ -326,7 +326,7 @@ fn truth_a_dataset_is_read() {
     let read = DatasetFile::load(good.path()).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(read.columns["command_n"].hold_s, Some(1e-3));
     assert_eq!(read.columns["force_n"].noise, Some(0.2));
-    assert_eq!(read.experiments[0].role, Some(Role::Fit));
+    assert_eq!(read.experiments[0].role, Some(ExperimentRole::Fit));
     assert_eq!(read.experiments[1].repeat.as_deref(), Some("again"));
 
     let wrong = dataset

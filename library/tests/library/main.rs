@@ -1,7 +1,8 @@
-//! The repository as a whole: its arrows, circles, comments, messages and examples.
+//! The repository as a whole: its arrows, circles, comments, messages, names and examples.
 
 mod architecture;
 mod circles;
 mod comments;
 mod examples;
 mod messages;
+mod names;

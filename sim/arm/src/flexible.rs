@@ -1,6 +1,6 @@
 //! Joints with gears and springs, and the linear model of an arm at a pose.
 
-use feeler_catalogue::{Bound, Dimension, Field, Kind, Record, Unit, field, number, optional, required};
+use feeler_catalogue::{Bound, Dimension, Field, KeyKind, Keyed, Unit, field, number, optional, required};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::chain::Chain;
@@ -29,30 +29,30 @@ pub struct JointDrive {
 }
 
 /// A drive takes friction and effort from its URDF if a file omits them.
-impl Record for JointDrive {
+impl Keyed for JointDrive {
     const FIELDS: &'static [Field<Self>] = &[
         field!(JointDrive: gear_ratio,
-            required("gear_ratio", Kind::Quantity(Unit::Of(Dimension::NONE), Bound::Positive),
+            required("gear_ratio", KeyKind::Quantity(Unit::Of(Dimension::NONE), Bound::Positive),
                 "turns of the rotor per turn of the joint")),
         field!(JointDrive: rotor_inertia_kg_m2,
-            required("rotor_inertia", Kind::Quantity(Unit::Of(Dimension::MASS), Bound::Positive),
+            required("rotor_inertia", KeyKind::Quantity(Unit::Of(Dimension::MASS), Bound::Positive),
                 "of the rotor about its own axis, before the gear")),
         field!(JointDrive: stiffness_n_m_per_rad,
-            required("stiffness", Kind::Quantity(Unit::Of(Dimension::STIFFNESS), Bound::Positive),
+            required("stiffness", KeyKind::Quantity(Unit::Of(Dimension::STIFFNESS), Bound::Positive),
                 "of gear and shaft, at the joint")),
         field!(JointDrive: damping_n_m_s_per_rad,
             number("damping", DAMPING, Bound::NotNegative, 0.0, "of gear and shaft, at the joint")),
         field!(JointDrive: viscous_friction_n_m_s_per_rad,
-            optional("viscous_friction", Kind::Quantity(DAMPING, Bound::NotNegative),
+            optional("viscous_friction", KeyKind::Quantity(DAMPING, Bound::NotNegative),
                 "of the motor, at the joint; the URDF's `dynamics damping` if absent")),
         field!(JointDrive: dry_friction_n_m,
-            optional("dry_friction", Kind::Quantity(TORQUE, Bound::NotNegative),
+            optional("dry_friction", KeyKind::Quantity(TORQUE, Bound::NotNegative),
                 "of the motor, at the joint; the URDF's `dynamics friction` if absent")),
         field!(JointDrive: effort_limit_n_m,
-            optional("limit", Kind::Quantity(TORQUE, Bound::Positive),
+            optional("limit", KeyKind::Quantity(TORQUE, Bound::Positive),
                 "largest torque, at the joint; the URDF's `limit effort` if absent")),
         field!(JointDrive: bandwidth_hz,
-            optional("bandwidth", Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+            optional("bandwidth", KeyKind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
                 "first-order bandwidth of the torque loop")),
     ];
 }

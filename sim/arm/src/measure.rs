@@ -7,8 +7,8 @@ use nalgebra::Complex;
 use crate::agreement::{apart, falls_through_hz};
 use crate::error::ArmError;
 use crate::flexible::{Arm, Others};
+use crate::flexible_arm::{FlexibleArm, Wall};
 use crate::reduce::Reduction;
-use crate::swing::{FlexibleArm, Wall};
 
 /// Lines of the multisine per contact mode, which sets their spacing.
 const LINES_PER_MODE: f64 = 16.0;

@@ -1,7 +1,7 @@
 //! Declarations shared by keys of several crates.
 
 use crate::dimension::Dimension;
-use crate::shape::{Bound, Key, Keys, Kind, Unit, optional, required};
+use crate::shape::{Bound, Key, KeyKind, Keys, Unit, optional, required};
 
 /// A longer delay is a mistaken unit, since a delay stores past values.
 pub const LONGEST_DELAY: Bound = Bound::Within(0.0, 1e3);
@@ -9,19 +9,22 @@ pub const LONGEST_DELAY: Bound = Bound::Within(0.0, 1e3);
 /// Corner frequency of a low-pass.
 pub const CORNER: Key = required(
     "corner",
-    Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+    KeyKind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
     "corner (first order) or natural (second order) frequency",
 );
 
 /// Damping ratio of a low-pass.
 pub const DAMPING_RATIO: Key = optional(
     "damping_ratio",
-    Kind::Quantity(Unit::Of(Dimension::NONE), Bound::Positive),
+    KeyKind::Quantity(Unit::Of(Dimension::NONE), Bound::Positive),
     "of a second-order filter; first order if absent",
 );
 
+/// Name of the key of a low-pass.
+pub const LOW_PASS: &str = "low_pass";
+
 /// A key that holds a low-pass: a corner frequency, or a table.
 pub const fn low_pass(text: &'static str) -> Key {
-    static LOW_PASS: Keys = Keys { keys: &[CORNER, DAMPING_RATIO], choice: None };
-    optional("low_pass", Kind::QuantityOrTable(CORNER.name, Unit::Of(Dimension::FREQUENCY), &LOW_PASS), text)
+    static PARTS: Keys = Keys { keys: &[CORNER, DAMPING_RATIO], choice: None };
+    optional(LOW_PASS, KeyKind::QuantityOrTable(CORNER.name, Unit::Of(Dimension::FREQUENCY), &PARTS), text)
 }

@@ -1,7 +1,7 @@
 //! A key together with the member of a struct that it fills.
 
 use crate::content::{Content, Contents};
-use crate::shape::{Absent, Bound, Key, Kind, Unit, Variant};
+use crate::shape::{Absent, Bound, Key, KeyKind, Unit, Variant};
 
 /// A key of the struct `T`: its declaration, and how its content is read from and written to a `T`.
 #[derive(Debug)]
@@ -9,7 +9,7 @@ pub struct Field<T> {
     /// Name, kind, default and text.
     pub key: Key,
     /// Its role in the study of a machine.
-    pub role: Role,
+    pub role: KeyRole,
     /// Content in a struct; `None` if absent.
     pub get: fn(&T) -> Option<Content>,
     /// Writes a content into a struct.
@@ -18,7 +18,7 @@ pub struct Field<T> {
 
 /// Role of a key in the study of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub enum KeyRole {
     /// The structure of the machine, and all other settings.
     Structure,
     /// A gain of a control law.
@@ -62,12 +62,12 @@ impl<T> Field<T> {
 
     /// Unit and valid range of the quantity; `None` if the key is not a single quantity.
     pub fn quantity(&self) -> Option<(Unit, Bound)> {
-        if let Kind::Quantity(unit, bound) = self.key.kind { Some((unit, bound)) } else { None }
+        if let KeyKind::Quantity(unit, bound) = self.key.kind { Some((unit, bound)) } else { None }
     }
 }
 
 /// A struct, or an enum of structs, that a table fills.
-pub trait Record: Sized + 'static {
+pub trait Keyed: Sized + 'static {
     /// Keys of every form.
     const FIELDS: &'static [Field<Self>];
     /// Its forms, if the word of a key decides which other keys exist.
@@ -126,11 +126,11 @@ pub trait Record: Sized + 'static {
 
 fn out_of_range(key: &Key, content: &Content) -> Option<(String, f64, Bound)> {
     match (key.kind, content) {
-        (Kind::Quantity(_, bound), Content::Number(value)) => {
+        (KeyKind::Quantity(_, bound), Content::Number(value)) => {
             (!bound.admits(*value)).then(|| (key.name.to_owned(), *value, bound))
         }
         (
-            Kind::Table(shape) | Kind::QuantityOrTable(_, _, shape) | Kind::WordOrTable(_, shape),
+            KeyKind::Table(shape) | KeyKind::QuantityOrTable(_, _, shape) | KeyKind::WordOrTable(_, shape),
             Content::Table(table),
         ) => {
             let (inner, value, bound) =
@@ -158,7 +158,7 @@ pub struct Form<T: 'static> {
     pub keys: &'static [Key],
 }
 
-const NO_KEY: Key = Key { name: "", kind: Kind::Flag, absent: Absent::Nothing, text: "" };
+const NO_KEY: Key = Key { name: "", kind: KeyKind::Flag, absent: Absent::Nothing, text: "" };
 
 /// The declarations of fields.
 pub const fn keys<T, const N: usize>(fields: &[Field<T>]) -> [Key; N] {
@@ -209,7 +209,7 @@ pub const fn chained<const N: usize>(first: &[Variant], second: &[Variant]) -> [
 #[macro_export]
 macro_rules! field {
     ($owner:ty: $member:ident $([$index:literal])?, $key:expr) => {
-        $crate::field!($owner: $member $([$index])?, $key, $crate::Role::Structure)
+        $crate::field!($owner: $member $([$index])?, $key, $crate::KeyRole::Structure)
     };
     ($owner:ty: $member:ident $([$index:literal])?, $key:expr, $role:expr) => {
         $crate::Field {
@@ -224,7 +224,7 @@ macro_rules! field {
         }
     };
     ($owner:ty: $form:pat => $place:expr, $key:expr) => {
-        $crate::field!($owner: $form => $place, $key, $crate::Role::Structure)
+        $crate::field!($owner: $form => $place, $key, $crate::KeyRole::Structure)
     };
     ($owner:ty: $form:pat => $place:expr, $key:expr, $role:expr) => {
         $crate::Field {

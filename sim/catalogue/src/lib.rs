@@ -5,13 +5,13 @@
 //! from these declarations and know no key by name.
 //!
 //! ```
-//! use feeler_catalogue::{Bound, Dimension, Field, Record, Unit, field, number};
+//! use feeler_catalogue::{Bound, Dimension, Field, Keyed, Unit, field, number};
 //!
 //! struct Damper {
 //!     damping_n_s_per_m: f64,
 //! }
 //!
-//! impl Record for Damper {
+//! impl Keyed for Damper {
 //!     const FIELDS: &'static [Field<Self>] = &[field!(
 //!         Damper: damping_n_s_per_m,
 //!         number("damping", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "viscous damping")
@@ -35,11 +35,11 @@ mod field;
 mod shape;
 mod slot;
 
-pub use common::{CORNER, DAMPING_RATIO, LONGEST_DELAY, low_pass};
+pub use common::{CORNER, DAMPING_RATIO, LONGEST_DELAY, LOW_PASS, low_pass};
 pub use content::{Content, Contents};
 pub use dimension::{Dimension, same_exponent};
-pub use field::{Field, Form, GainPart, Record, Role, chained, joined, keys, variants};
+pub use field::{Field, Form, GainPart, KeyRole, Keyed, chained, joined, keys, variants};
 pub use shape::{
-    Absent, Bound, Choice, Key, Keys, Kind, Unit, Variant, Word, compact, number, optional, required, word,
+    Absent, Bound, Choice, Key, KeyKind, Keys, Unit, Variant, Word, compact, number, optional, required, word,
 };
 pub use slot::Slot;

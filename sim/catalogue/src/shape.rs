@@ -9,7 +9,7 @@ pub struct Key {
     /// Its name in files.
     pub name: &'static str,
     /// Kind of its content.
-    pub kind: Kind,
+    pub kind: KeyKind,
     /// Meaning of its absence.
     pub absent: Absent,
     /// Its meaning.
@@ -18,7 +18,7 @@ pub struct Key {
 
 /// Kind of the content of a key.
 #[derive(Clone, Copy, Debug)]
-pub enum Kind {
+pub enum KeyKind {
     /// A number in SI or a text with a unit.
     Quantity(Unit, Bound),
     /// A whole number from..=to.
@@ -248,18 +248,18 @@ impl Keys {
 }
 
 /// A required key.
-pub const fn required(name: &'static str, kind: Kind, text: &'static str) -> Key {
+pub const fn required(name: &'static str, kind: KeyKind, text: &'static str) -> Key {
     Key { name, kind, absent: Absent::Required, text }
 }
 
 /// An optional key; without it the feature does not exist.
-pub const fn optional(name: &'static str, kind: Kind, text: &'static str) -> Key {
+pub const fn optional(name: &'static str, kind: KeyKind, text: &'static str) -> Key {
     Key { name, kind, absent: Absent::Nothing, text }
 }
 
 /// A quantity with a default in SI.
 pub const fn number(name: &'static str, unit: Unit, bound: Bound, default: f64, text: &'static str) -> Key {
-    Key { name, kind: Kind::Quantity(unit, bound), absent: Absent::Number(default), text }
+    Key { name, kind: KeyKind::Quantity(unit, bound), absent: Absent::Number(default), text }
 }
 
 /// A word and its meaning.

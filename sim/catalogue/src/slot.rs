@@ -1,7 +1,7 @@
 //! Types of a single key.
 
 use crate::content::{Content, Contents};
-use crate::field::Record;
+use crate::field::Keyed;
 use crate::shape::Key;
 
 /// A type that one key fills.
@@ -92,7 +92,7 @@ impl<T: Slot> Slot for Option<T> {
 }
 
 /// A table within a table.
-impl<T: Record> Slot for T {
+impl<T: Keyed> Slot for T {
     fn content(&self) -> Option<Content> {
         Some(Content::Table(self.contents()))
     }

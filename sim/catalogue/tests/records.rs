@@ -1,8 +1,8 @@
 //! Contents of a table in the struct that it fills.
 
 use feeler_catalogue::{
-    Bound, Content, Contents, Dimension, Field, Form, Key, Kind, Record, Unit, field, form, number, required,
-    words,
+    Bound, Content, Contents, Dimension, Field, Form, Key, KeyKind, Keyed, Unit, field, form, number,
+    required, words,
 };
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,11 +23,11 @@ enum Course {
 }
 
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
-const PACE: Key = feeler_catalogue::optional("pace", Kind::Word(Pace::WORDS), "how fast");
+const PACE: Key = feeler_catalogue::optional("pace", KeyKind::Word(Pace::WORDS), "how fast");
 const STRAIGHT: &[Field<Course>] = &[
     field!(
         Course: Course::Straight { length_m, .. } => *length_m,
-        required("length", Kind::Quantity(LENGTH, Bound::Positive), "its length")
+        required("length", KeyKind::Quantity(LENGTH, Bound::Positive), "its length")
     ),
     field!(Course: Course::Straight { pace, .. } => *pace, PACE),
 ];
@@ -36,7 +36,7 @@ const ROUND: &[Field<Course>] = &[
     field!(Course: Course::Round { centre_m } => centre_m[1], number("y", LENGTH, Bound::Any, 0.0, "centre")),
 ];
 
-impl Record for Course {
+impl Keyed for Course {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[
         form!(

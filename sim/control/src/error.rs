@@ -5,6 +5,8 @@ use std::borrow::Cow;
 use feeler_catalogue::Bound;
 use feeler_problem::{Remedy, short};
 
+use crate::ControllerSpec;
+
 /// Why a controller or a reference cannot be built. Keys are those of the machine file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -14,7 +16,7 @@ pub enum ControlError {
     #[error("`{key}` {}, not {value}", bound.words())]
     OutOfRange { key: String, value: f64, bound: Bound },
     #[error("`{key}` is {value}, and must be below {bound} ({why})")]
-    TooLarge { key: &'static str, value: f64, bound: f64, why: &'static str },
+    TooLarge { key: String, value: f64, bound: f64, why: &'static str },
     /// Variants that run side by side must have the same law.
     #[error("lane {lane} has a different control law from lane 0")]
     LawsDiffer { lane: usize },
@@ -64,9 +66,8 @@ impl Remedy for ControlError {
 
     fn place(&self) -> String {
         match self {
-            Self::OutOfRange { key, .. } => key.clone(),
-            Self::TooLarge { key, .. } => (*key).into(),
-            Self::ApproachNeedsForce => "approach".into(),
+            Self::OutOfRange { key, .. } | Self::TooLarge { key, .. } => key.clone(),
+            Self::ApproachNeedsForce => ControllerSpec::APPROACH.key.name.into(),
             Self::AdmittanceWithoutMassOrDamping => "mass".into(),
             _ => String::new(),
         }
@@ -112,7 +113,12 @@ mod tests {
             ControlError::OutOfRange { key: "period".into(), value: 0.0, bound: Bound::Positive },
             ControlError::OutOfRange { key: "kd".into(), value: -1.0, bound: Bound::NotNegative },
             ControlError::OutOfRange { key: "kp".into(), value: f64::NAN, bound: Bound::Any },
-            ControlError::TooLarge { key: "filter", value: 900.0, bound: 500.0, why: "half the sample rate" },
+            ControlError::TooLarge {
+                key: "filter".into(),
+                value: 900.0,
+                bound: 500.0,
+                why: "half the sample rate",
+            },
             ControlError::LawsDiffer { lane: 1 },
             ControlError::TimingDiffers { lane: 1 },
             ControlError::ApproachNeedsForce,

@@ -1,8 +1,8 @@
 //! Control laws: their gains, and the keys of these in files.
 
 use feeler_catalogue::{
-    Absent, Bound, Content, Contents, Dimension, Field, Form, GainPart, Key, Keys, Kind, Record, Role, Slot,
-    Unit, Word, field, form, keys, number, optional, required, word,
+    Absent, Bound, Content, Contents, Dimension, Field, Form, GainPart, Key, KeyKind, KeyRole, Keyed, Keys,
+    Slot, Unit, Word, field, form, keys, number, optional, required, word,
 };
 
 /// A control law with its gains.
@@ -34,7 +34,7 @@ impl Law {
     /// The gains of the law, the most important first.
     pub fn gains(&self) -> Vec<&'static Field<Self>> {
         let rank =
-            |field: &Field<Self>| if let Role::Gain { rank, .. } = field.role { Some(rank) } else { None };
+            |field: &Field<Self>| if let KeyRole::Gain { rank, .. } = field.role { Some(rank) } else { None };
         let mut gains: Vec<_> = self.fields().filter(|field| rank(field).is_some()).collect();
         gains.sort_by_key(|field| rank(field));
         gains
@@ -42,7 +42,7 @@ impl Law {
 
     /// The gain of a part of the law; `None` if the law has no such part.
     pub fn gain(&self, part: GainPart) -> Option<&'static Field<Self>> {
-        self.fields().find(|field| matches!(field.role, Role::Gain { part: own, .. } if own == part))
+        self.fields().find(|field| matches!(field.role, KeyRole::Gain { part: own, .. } if own == part))
     }
 
     /// Unit of the reference.
@@ -182,7 +182,7 @@ macro_rules! gain {
     };
     ($law:ident.$gain:ident, $unit:expr, $rank:expr, $part:ident, $text:expr, $bound:expr) => {
         field!(Law: Law::$law(gains) => gains.$gain, number(stringify!($gain), $unit, $bound, 0.0, $text),
-            Role::Gain { rank: $rank, part: GainPart::$part })
+            KeyRole::Gain { rank: $rank, part: GainPart::$part })
     };
 }
 
@@ -209,7 +209,7 @@ const EXPLICIT_FORCE: &[Field<Law>] = &[
     gain!(ExplicitForce.damping, PER_VELOCITY, 3, Damping, "joint damping, on the motion sensor's velocity"),
     field!(Law: Law::ExplicitForce(gains) => gains.derivative_filter_s, DERIVATIVE_FILTER),
     field!(Law: Law::ExplicitForce(gains) => gains.lead,
-        optional("lead", Kind::Table(&LEAD),
+        optional("lead", KeyKind::Table(&LEAD),
             "lead compensator in series: { zero, pole }, gain 1 at zero frequency")),
     field!(Law: Law::ExplicitForce(gains) => gains.anti_windup, ANTI_WINDUP),
 ];
@@ -239,8 +239,8 @@ const ADMITTANCE: &[Field<Law>] = &[
 ];
 
 /// The key of the sensor that a law controls. It belongs to the wiring.
-pub const READS: Key = required("reads", Kind::Name("a force sensor"), "the sensor it controls");
-const READS_POSITION: Key = Key { kind: Kind::Name("a position sensor"), ..READS };
+pub const READS: Key = required("reads", KeyKind::Name("a force sensor"), "the sensor it controls");
+const READS_POSITION: Key = Key { kind: KeyKind::Name("a position sensor"), ..READS };
 const READS_INNER: Key = Key {
     absent: Absent::Nothing,
     text: "the force sensor; needed if force_gain is not zero or there is an approach",
@@ -249,7 +249,7 @@ const READS_INNER: Key = Key {
 const READS_ANSWERED: Key = Key { text: "the force sensor", ..READS };
 
 /// The keys of each law, in addition to those of every controller.
-impl Record for Law {
+impl Keyed for Law {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[
         form!("explicit-force", "u = feed_forward r + kp e + ki int(e) + kd de/dt - damping v, e = r - f",
@@ -274,12 +274,12 @@ impl Record for Law {
 
 static LEAD: Keys = Keys { keys: keys!(LeadSpec::FIELDS), choice: None };
 
-impl Record for LeadSpec {
+impl Keyed for LeadSpec {
     const FIELDS: &'static [Field<Self>] = &[
         field!(LeadSpec: zero_hz,
-            required("zero", Kind::Quantity(FREQUENCY, Bound::Positive), "frequency of the zero")),
+            required("zero", KeyKind::Quantity(FREQUENCY, Bound::Positive), "frequency of the zero")),
         field!(LeadSpec: pole_hz,
-            required("pole", Kind::Quantity(FREQUENCY, Bound::Positive),
+            required("pole", KeyKind::Quantity(FREQUENCY, Bound::Positive),
                 "frequency of the pole; below the zero's it is a lag")),
     ];
 
@@ -294,7 +294,7 @@ const TRACKING_TIME: &str = "tracking_time";
 
 const ANTI_WINDUP: Key = Key {
     name: "anti_windup",
-    kind: Kind::WordOrTable(ANTI_WINDUPS, &TRACKING),
+    kind: KeyKind::WordOrTable(ANTI_WINDUPS, &TRACKING),
     absent: Absent::Word(CONDITIONAL),
     text: "behaviour of the integrator at the output limit; { tracking_time = ... } drives it back with that \
            time constant",
@@ -302,7 +302,7 @@ const ANTI_WINDUP: Key = Key {
 const ANTI_WINDUPS: &[Word] =
     &[word(CONDITIONAL, "it stops while the error would drive the output further"), word(OFF, "it winds up")];
 static TRACKING: Keys = Keys {
-    keys: &[required(TRACKING_TIME, Kind::Quantity(TIME, Bound::Positive), "tracking time constant")],
+    keys: &[required(TRACKING_TIME, KeyKind::Quantity(TIME, Bound::Positive), "tracking time constant")],
     choice: None,
 };
 

@@ -1,8 +1,8 @@
 //! The specification of one controller in a file.
 
 use feeler_catalogue::{
-    Bound, CORNER, DAMPING_RATIO, Dimension, Field, Keys, Kind, LONGEST_DELAY, Record, Unit, field, keys,
-    low_pass, number, optional, required,
+    Bound, CORNER, DAMPING_RATIO, Dimension, Field, KeyKind, Keyed, Keys, LONGEST_DELAY, LOW_PASS, Unit,
+    field, keys, low_pass, number, optional, required,
 };
 
 use crate::error::{ControlError, positive};
@@ -57,6 +57,11 @@ impl ControllerSpec {
         }
     }
 
+    /// The key of its notch's frequency.
+    pub fn notch_frequency() -> String {
+        format!("{}.{}", Self::NOTCH.key.name, NotchSpec::FREQUENCY.key.name)
+    }
+
     /// Checks every number but the reference's, which [`crate::Reference::new`] checks.
     ///
     /// # Errors
@@ -64,8 +69,8 @@ impl ControllerSpec {
     pub fn check(&self) -> Result<(), ControlError> {
         in_range(self)?;
         in_range(&self.law)?;
-        let low_pass = self.reading_low_pass.map(|filter| ("low_pass", filter.cutoff_hz));
-        let notch = self.reading_notch.map(|notch| ("notch.frequency", notch.frequency_hz));
+        let low_pass = self.reading_low_pass.map(|filter| (LOW_PASS.to_owned(), filter.cutoff_hz));
+        let notch = self.reading_notch.map(|notch| (Self::notch_frequency(), notch.frequency_hz));
         let bound = 0.5 / self.period_s;
         if let Some((key, value)) = [low_pass, notch].into_iter().flatten().find(|(_, at)| *at >= bound) {
             return Err(ControlError::TooLarge { key, value, bound, why: "half the sample rate" });
@@ -83,7 +88,7 @@ impl ControllerSpec {
     }
 }
 
-fn in_range<T: Record>(record: &T) -> Result<(), ControlError> {
+fn in_range<T: Keyed>(record: &T) -> Result<(), ControlError> {
     record
         .out_of_range()
         .map_or(Ok(()), |(key, value, bound)| Err(ControlError::OutOfRange { key, value, bound }))
@@ -156,7 +161,7 @@ impl Approach {
     fn check(&self) -> Result<(), ControlError> {
         if let Some(value) = self.release.filter(|release| *release > self.until) {
             let (bound, why) = (self.until, "the threshold that ends the approach");
-            return Err(ControlError::TooLarge { key: "approach.release", value, bound, why });
+            return Err(ControlError::TooLarge { key: "approach.release".to_owned(), value, bound, why });
         }
         if self.velocity_drive {
             return Ok(());
@@ -175,43 +180,55 @@ const SHORTEST_PERIOD: Bound = Bound::Within(1e-9, 1e6);
 impl ControllerSpec {
     /// Its largest output.
     pub const OUTPUT_LIMIT: Field<Self> = field!(ControllerSpec: output_limit,
-        optional("output_limit", Kind::Quantity(Unit::Output, Bound::Positive),
+        optional("output_limit", KeyKind::Quantity(Unit::Output, Bound::Positive),
             "largest output, against which the anti-windup works"));
+    /// Scatter of its sample instants.
+    pub const JITTER: Field<Self> = field!(ControllerSpec: jitter_s,
+        number("jitter", TIME, Bound::NotNegative, 0.0,
+            "one sigma of each sample instant about its nominal time"));
+    /// The notch on its reading.
+    pub const NOTCH: Field<Self> = field!(ControllerSpec: reading_notch,
+        optional("notch", KeyKind::Table(&NOTCH),
+            "notch on the reading, after its low-pass, of gain 1 at zero frequency"));
+    /// The phase before contact.
+    pub const APPROACH: Field<Self> = field!(ControllerSpec: approach,
+        optional("approach", KeyKind::Table(&APPROACH),
+            "the phase before contact: move at a set speed until the reading reaches a force"));
+}
+
+impl NotchSpec {
+    /// Where it is deepest.
+    pub const FREQUENCY: Field<Self> = field!(NotchSpec: frequency_hz,
+        required("frequency", KeyKind::Quantity(FREQUENCY, Bound::Positive), "where it is deepest"));
 }
 
 /// Everything except the law and the reference, which have their own keys.
-impl Record for ControllerSpec {
+impl Keyed for ControllerSpec {
     const FIELDS: &'static [Field<Self>] = &[
         field!(ControllerSpec: period_s,
-            required("period", Kind::Quantity(TIME, SHORTEST_PERIOD),
+            required("period", KeyKind::Quantity(TIME, SHORTEST_PERIOD),
                 "time between samples; t = 0 is a sample")),
         field!(ControllerSpec: delay_s,
             number("delay", TIME, LONGEST_DELAY, 0.0,
                 "from a sample to the instant at which its output is applied; any number")),
-        field!(ControllerSpec: jitter_s,
-            number("jitter", TIME, Bound::NotNegative, 0.0,
-                "one sigma of each sample instant about its nominal time")),
+        ControllerSpec::JITTER,
         field!(ControllerSpec: offset_s,
             number("offset", TIME, Bound::NotNegative, 0.0, "time of the first sample")),
         field!(ControllerSpec: output_resolution,
-            optional("output_resolution", Kind::Quantity(Unit::Output, Bound::Positive),
+            optional("output_resolution", KeyKind::Quantity(Unit::Output, Bound::Positive),
                 "step of the output")),
         ControllerSpec::OUTPUT_LIMIT,
         field!(ControllerSpec: reading_low_pass,
             low_pass("discrete filter on the reading: a corner frequency, or a table")),
-        field!(ControllerSpec: reading_notch,
-            optional("notch", Kind::Table(&NOTCH),
-                "notch on the reading, after its low-pass, of gain 1 at zero frequency")),
+        ControllerSpec::NOTCH,
         field!(ControllerSpec: velocity_filter_s,
             number("velocity_filter", TIME, Bound::NotNegative, 0.0,
                 "time constant of the filter on a velocity got by differencing positions")),
-        field!(ControllerSpec: approach,
-            optional("approach", Kind::Table(&APPROACH),
-                "the phase before contact: move at a set speed until the reading reaches a force")),
+        ControllerSpec::APPROACH,
     ];
 }
 
-impl Record for LowPassSpec {
+impl Keyed for LowPassSpec {
     const FIELDS: &'static [Field<Self>] =
         &[field!(LowPassSpec: cutoff_hz, CORNER), field!(LowPassSpec: damping_ratio, DAMPING_RATIO)];
 
@@ -222,10 +239,9 @@ impl Record for LowPassSpec {
 
 static NOTCH: Keys = Keys { keys: keys!(NotchSpec::FIELDS), choice: None };
 
-impl Record for NotchSpec {
+impl Keyed for NotchSpec {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(NotchSpec: frequency_hz,
-            required("frequency", Kind::Quantity(FREQUENCY, Bound::Positive), "where it is deepest")),
+        NotchSpec::FREQUENCY,
         field!(NotchSpec: damping_ratio,
             number("damping_ratio", Unit::Of(Dimension::NONE), Bound::Positive,
                 NotchSpec::DEFAULT_DAMPING_RATIO, "of its poles: half of its relative width")),
@@ -246,16 +262,16 @@ impl Record for NotchSpec {
 static APPROACH: Keys = Keys { keys: keys!(Approach::FIELDS), choice: None };
 
 /// Values that come from the machine are not keys.
-impl Record for Approach {
+impl Keyed for Approach {
     const FIELDS: &'static [Field<Self>] = &[
         field!(Approach: speed,
-            required("speed", Kind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive),
+            required("speed", KeyKind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive),
                 "speed towards the workpiece")),
         field!(Approach: until,
-            required("until", Kind::Quantity(FORCE, Bound::Any),
+            required("until", KeyKind::Quantity(FORCE, Bound::Any),
                 "the phase ends at the first sample whose reading is at least this")),
         field!(Approach: release,
-            optional("release", Kind::Quantity(FORCE, Bound::Any),
+            optional("release", KeyKind::Quantity(FORCE, Bound::Any),
                 "it starts again below this, at most `until`; if absent, contact latches")),
         field!(Approach: bandwidth_hz,
             number("bandwidth", FREQUENCY, Bound::Positive, Approach::DEFAULT_BANDWIDTH_HZ,

@@ -19,9 +19,9 @@ pub enum EngineError {
     Exponential(#[from] LtiError),
     #[error(
         "a part of the machine oscillates at {frequency_hz:.3e} Hz: \
-         one second takes {looks_per_s:.1e} guard evaluations"
+         one second takes {evaluations_per_s:.1e} guard evaluations"
     )]
-    TooFast { frequency_hz: f64, looks_per_s: f64 },
+    TooFast { frequency_hz: f64, evaluations_per_s: f64 },
     #[error("variant {variant} differs from variant 0 in {what}")]
     Structure { variant: usize, what: &'static str },
     /// A run with an external body engine needs one engine per lane; any other run needs none.
@@ -123,7 +123,7 @@ mod tests {
                 source: ControlError::OutOfRange { key: "period".into(), value: 0.0, bound: Bound::Positive },
             },
             EngineError::Exponential(LtiError::NotFinite { quantity: "A" }),
-            EngineError::TooFast { frequency_hz: 1e10, looks_per_s: 5e10 },
+            EngineError::TooFast { frequency_hz: 1e10, evaluations_per_s: 5e10 },
             EngineError::Structure { variant: 1, what: "its law" },
             EngineError::BodyEngines { given: 0, needed: 4 },
             EngineError::Lanes { given: 3, lanes: 4 },

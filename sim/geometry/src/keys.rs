@@ -1,7 +1,7 @@
 //! The keys of shapes, places and materials in files.
 
 use feeler_catalogue::{
-    Bound, Dimension, Field, Form, Key, Kind, Record, Unit, field, form, number, required,
+    Bound, Dimension, Field, Form, Key, KeyKind, Keyed, Unit, field, form, number, required,
 };
 
 use crate::hertz::Material;
@@ -12,7 +12,7 @@ const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
 const ANGLE: Unit = Unit::Of(Dimension::NONE);
 
 const fn length(name: &'static str, text: &'static str) -> Key {
-    required(name, Kind::Quantity(LENGTH, Bound::Positive), text)
+    required(name, KeyKind::Quantity(LENGTH, Bound::Positive), text)
 }
 
 const RADIUS: Field<Shape> = field!(
@@ -36,7 +36,7 @@ const CUBOID: &[Field<Shape>] = &[
 ];
 
 /// The shapes with numerical keys.
-impl Record for Shape {
+impl Keyed for Shape {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[
         form!("ball", "a ball", Shape: Shape::Ball { .. }, Shape::Ball { radius_m: 1.0 },
@@ -50,7 +50,7 @@ impl Record for Shape {
     ];
 }
 
-impl Record for Placement {
+impl Keyed for Placement {
     const FIELDS: &'static [Field<Self>] = &[
         field!(Placement: position_m[0], number("x", LENGTH, Bound::Any, 0.0, "position")),
         field!(Placement: position_m[1], number("y", LENGTH, Bound::Any, 0.0, "position")),
@@ -66,10 +66,11 @@ impl Record for Placement {
     }
 }
 
-impl Record for Material {
+impl Keyed for Material {
     const FIELDS: &'static [Field<Self>] = &[
         field!(Material: youngs_modulus_pa,
-            required("youngs_modulus", Kind::Quantity(Unit::Pressure, Bound::Positive), "Young's modulus")),
+            required("youngs_modulus", KeyKind::Quantity(Unit::Pressure, Bound::Positive),
+                "Young's modulus")),
         field!(Material: poisson_ratio,
             number("poisson_ratio", Unit::Of(Dimension::NONE), Bound::Within(0.0, 0.5), 0.3,
                 "Poisson's ratio")),

@@ -318,11 +318,11 @@ pub(crate) fn sample_growth<T: TimeDomain>(
     };
     #[expect(clippy::cast_precision_loss, reason = "orders are far below 2^52")]
     let roundings = MARGINAL_ROUNDINGS * a.nrows() as f64 * f64::EPSILON;
-    let told = |pole: C64| {
+    let beyond_rounding = |pole: C64| {
         let excess = domain.growth_per_s(pole) - limit;
         if excess.abs() <= roundings * unit(pole) { 0.0 } else { excess }
     };
-    let mut excess: Vec<f64> = poles.into_iter().map(told).collect();
+    let mut excess: Vec<f64> = poles.into_iter().map(beyond_rounding).collect();
     excess.sort_by(|a, b| b.total_cmp(a));
     Ok(Sample { gain, excess })
 }

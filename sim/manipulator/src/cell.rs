@@ -1,7 +1,7 @@
 //! Description of a whole arm's simulation.
 
 use feeler_arm::{Arm, Chain, Others, Reduction, Target, inverse_kinematics};
-use feeler_catalogue::{Bound, Dimension, Field, Record, Unit, field, number};
+use feeler_catalogue::{Bound, Dimension, Field, Keyed, Unit, field, number};
 use feeler_engine::Scenario;
 use feeler_geometry::{Pair, Placement, Shape};
 use nalgebra::Vector3;
@@ -48,7 +48,7 @@ pub struct Hold {
     pub damping_ratio: f64,
 }
 
-impl Record for Hold {
+impl Keyed for Hold {
     const FIELDS: &'static [Field<Self>] = &[
         field!(Hold: bandwidth_hz,
             number("bandwidth", Unit::Of(Dimension::FREQUENCY), Bound::NotNegative, 5.0,

@@ -9,7 +9,7 @@ use feeler_problem::Problem;
 use crate::numbers::{plain, two_digits, with_unit};
 
 /// Largest damping ratio of the modes that are checked; others hardly oscillate.
-const HARDLY_SWINGS: f64 = 0.5;
+const STRONGLY_DAMPED: f64 = 0.5;
 /// More samples than these are no usual delay of a controller or sensor.
 const MANY_SAMPLES: f64 = 10.0;
 /// Possible reason of a time that is too long.
@@ -23,8 +23,9 @@ pub(super) fn slow_loops(scenario: &Scenario, whole: &ControlLoop) -> Vec<Proble
         return Vec::new();
     }
     let Ok(modes) = modes(whole.plant()) else { return Vec::new() };
-    let swings = |mode: &&VibrationMode| (f64::MIN_POSITIVE..HARDLY_SWINGS).contains(&mode.damping_ratio());
-    let slowest_hz = modes.iter().find(swings).map(VibrationMode::frequency_hz);
+    let oscillates =
+        |mode: &&VibrationMode| (f64::MIN_POSITIVE..STRONGLY_DAMPED).contains(&mode.damping_ratio());
+    let slowest_hz = modes.iter().find(oscillates).map(VibrationMode::frequency_hz);
     let of_controller = |own: &LoopController| {
         let sensor = own.fed_back()?;
         let beyond = Beyond { plant: whole.plant(), own, sensor, slowest_hz };

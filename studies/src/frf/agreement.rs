@@ -1,7 +1,7 @@
 //! Agreement of a measured response with the linear one, and frequencies at which the output hardly depends
 //! on the input.
 
-use super::response::Response;
+use super::response::FrequencyResponse;
 
 /// Smallest coherence of frequencies in the comparison of responses: the first of these values that leaves
 /// enough frequencies.
@@ -40,7 +40,7 @@ pub struct Incoherent {
     pub spans: Vec<[f64; 2]>,
 }
 
-impl Response {
+impl FrequencyResponse {
     /// Comparison of measured and linear response.
     pub fn agreement(&self) -> LinearAgreement {
         let all = || (0..self.linear.len()).filter(|&i| self.linear[i].norm() > 0.0);

@@ -1,8 +1,8 @@
 //! Frequency responses as an analyst measures them, with the response of linear theory beside them.
 //!
 //! [`simulate`] excites the simulated machine. [`choose`] and [`evaluate`] evaluate records of a real one and
-//! recognise the excitation of the command. Both give a [`Response`] with the agreement between theory and
-//! measurement.
+//! recognise the excitation of the command. Both give a [`FrequencyResponse`] with the agreement between
+//! theory and measurement.
 
 mod agreement;
 mod between;
@@ -22,6 +22,6 @@ pub use error::{FrfError, require};
 pub use evaluate::{Evaluated, evaluate};
 pub use recognise::{Method, MethodChoice, RecordPair, SEGMENTS, choose};
 pub use request::{ExcitationKind, FrfRequest, NoiseEstimator};
-pub use response::{Levels, Response};
+pub use response::{FrequencyResponse, Levels};
 pub use rows::{FrfRow, csv, json, row};
 pub use simulated::simulate;

@@ -7,7 +7,7 @@ use super::distortion::{DistortionBand, Separated, bands};
 
 /// A response estimated from records, with the linear one at the same frequencies.
 #[derive(Clone, Debug)]
-pub struct Response {
+pub struct FrequencyResponse {
     /// Name of the machine or dataset.
     pub title: String,
     /// Description from its file.
@@ -47,7 +47,7 @@ pub struct Levels {
     pub bands: Vec<DistortionBand>,
 }
 
-impl Response {
+impl FrequencyResponse {
     /// The bands with distortion; empty if all of it may be noise.
     pub(crate) fn distortion_bands(&self) -> Vec<DistortionBand> {
         let beyond = self.separated.as_ref().filter(|separated| separated.evidence.is_beyond_noise);

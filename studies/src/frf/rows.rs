@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::distortion::{DistortionBand, Separated};
-use super::response::Response;
+use super::response::FrequencyResponse;
 
 /// The values at one frequency; unknown values are NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub struct FrfRow {
 }
 
 /// Row `i` of a response.
-pub fn row(response: &Response, i: usize) -> FrfRow {
+pub fn row(response: &FrequencyResponse, i: usize) -> FrfRow {
     let estimate = &response.estimate;
     let one = feeler_lti::spectral::ResponseEstimate {
         response: vec![estimate.response[i]],
@@ -64,7 +64,7 @@ pub fn row(response: &Response, i: usize) -> FrfRow {
 }
 
 /// All rows as CSV, with empty cells for unknown values.
-pub fn csv(response: &Response) -> String {
+pub fn csv(response: &FrequencyResponse) -> String {
     let mut text = String::from(
         "frequency_hz,magnitude_db,magnitude_low_db,magnitude_high_db,phase_deg,phase_half_width_deg,\
          coherence,linear_magnitude_db,linear_phase_deg,noise_db,distortion_db\n",
@@ -147,7 +147,7 @@ struct FlatAgreement {
 }
 
 /// The response as a value for JSON.
-pub fn json(response: &Response) -> impl Serialize {
+pub fn json(response: &FrequencyResponse) -> impl Serialize {
     let estimate = &response.estimate;
     let complex = |values: &[feeler_lti::C64]| values.iter().map(|g| [g.re, g.im]).collect::<Vec<_>>();
     let bands = estimate.confidence(response.confidence);

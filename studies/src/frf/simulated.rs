@@ -14,7 +14,7 @@ use super::between::{between, require_path, sensed};
 use super::distortion::Separated;
 use super::error::{FrfError, require};
 use super::request::{ExcitationKind, FrfRequest, NoiseEstimator};
-use super::response::Response;
+use super::response::FrequencyResponse;
 use crate::numbers::{plain, with_unit};
 use crate::refusal::Refusal;
 use crate::signals;
@@ -52,7 +52,7 @@ const POINTS: usize = 40;
 ///
 /// # Errors
 /// A request that the machine cannot meet, or a simulation that ends early.
-pub fn simulate(scenario: &Scenario, request: &FrfRequest) -> Result<Response, FrfError> {
+pub fn simulate(scenario: &Scenario, request: &FrfRequest) -> Result<FrequencyResponse, FrfError> {
     let kind = request.excitation.unwrap_or(ExcitationKind::WhiteNoise);
     let averages = matches!(request.estimator, Some(NoiseEstimator::Averaged(_)));
     request.require_segments(averages && kind == ExcitationKind::WhiteNoise)?;
@@ -65,10 +65,10 @@ pub fn simulate(scenario: &Scenario, request: &FrfRequest) -> Result<Response, F
         || format!("--rms must be above zero (got {rms})"),
         "give the root mean square of the command, in SI",
     )?;
-    let dies_in_s = dies_in_s(&experiment)?;
-    let wait_s = dies_in_s.clamp(WAIT_S.0, WAIT_S.1);
-    if dies_in_s > wait_s && kind != ExcitationKind::WhiteNoise {
-        let (left, waited) = (with_unit(dies_in_s, "s"), with_unit(wait_s, "s"));
+    let decay_time_s = decay_time_s(&experiment)?;
+    let wait_s = decay_time_s.clamp(WAIT_S.0, WAIT_S.1);
+    if decay_time_s > wait_s && kind != ExcitationKind::WhiteNoise {
+        let (left, waited) = (with_unit(decay_time_s, "s"), with_unit(wait_s, "s"));
         notes.push(format!(
             "transients take {left} to decay, but the experiment waits for {waited} only: the rest appears \
              as distortion, and the confidence bands do not include it"
@@ -101,7 +101,7 @@ pub fn simulate(scenario: &Scenario, request: &FrfRequest) -> Result<Response, F
         evidence,
     });
     let hold = with_unit(experiment.hold_s, "s");
-    Ok(Response {
+    Ok(FrequencyResponse {
         title: scenario.machine.name.clone(),
         about: scenario.machine.about.clone(),
         input,
@@ -275,7 +275,7 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
 }
 
 /// Time in which transients decay, s; zero if no motion decays.
-fn dies_in_s(experiment: &FrfExperiment) -> Result<f64, AnalysisError> {
+fn decay_time_s(experiment: &FrfExperiment) -> Result<f64, AnalysisError> {
     let plant = LinearMachine::new(&experiment.machine, &experiment.view())?;
     let input = SignalName::new(&experiment.actuator, Quantity::Command);
     let poles = match plant.channel(&input, &experiment.output) {

@@ -62,7 +62,7 @@ pub use measure::chatter::Oscillation;
 pub use measure::contact::{ContactRun, Interval};
 pub use measure::energy::{EnergyItem, EnergyTable};
 pub use measure::force_loop::ForceLoop;
-pub use measure::settling::{Response, Tracking};
+pub use measure::settling::{ForceResponse, Tracking};
 pub(crate) use measure::standing::nothing_can_touch;
 pub use record::event::EventRecord;
 pub use record::trace_file::{about_parquet, record_csv, write_csv, write_parquet};

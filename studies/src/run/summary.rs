@@ -13,7 +13,9 @@ use crate::run::measure::controlled::Controlled;
 use crate::run::measure::energy::EnergyTable;
 use crate::run::measure::force_loop::{ForceLoop, sensor_noise_n};
 use crate::run::measure::saturation::{self, Limits};
-use crate::run::measure::settling::{Answer, Ending, RESTS_OVER, Response, SETTLING_BAND, last_change_s};
+use crate::run::measure::settling::{
+    Answer, Ending, ForceResponse, RESTS_OVER, SETTLING_BAND, last_change_s,
+};
 use crate::run::measure::standing::{self, Standing};
 use crate::run::measure::winding::{Command, commands_all};
 use crate::run::record::event::EventRecord;
@@ -47,7 +49,7 @@ pub struct Summary {
     /// Share of the controller samples at which a drive or controller was at its limit.
     pub saturation_share: f64,
     /// The response of the force-controlled contact to its reference; `None` without one.
-    pub response: Option<Response>,
+    pub response: Option<ForceResponse>,
     /// Peak, first touch, lift-offs and time of each contact.
     pub contacts: Vec<ContactSummary>,
     /// Index of the contact of the outcome: the force-controlled one, else the one with the largest force.
@@ -60,7 +62,7 @@ pub struct Summary {
     pub controlled: Option<String>,
     /// Frequency of that motion if it does not come to rest but its oscillation is not known to last, Hz.
     #[serde(skip)]
-    pub swings_hz: Option<f64>,
+    pub oscillation_hz: Option<f64>,
     /// Time, kind and place of each event, in order.
     pub events: Vec<EventRecord>,
     /// Supplied, dissipated and stored energy, J; `None` without a ledger.
@@ -155,7 +157,7 @@ impl<'a> Finished<'a> {
             main_contact,
             verdict,
             controlled: self.controlled().map(|(found, ..)| found.signal.to_string()),
-            swings_hz: self.swings_hz(main, &verdict),
+            oscillation_hz: self.oscillation_hz(main, &verdict),
             events: self.events(),
             energy: self.energy.as_ref().map(EnergyTable::new),
             simulated_s: self.end_s,
@@ -219,7 +221,7 @@ impl<'a> Finished<'a> {
 
     /// Amplitude that counts as rest, N. A force may rest anywhere within a step of its sensor. But an
     /// oscillation within that step is not rest.
-    fn rest_n(&self, response: &Response) -> Option<f64> {
+    fn rest_n(&self, response: &ForceResponse) -> Option<f64> {
         let hidden_n = self.force_loop?.hidden_by_noise_n(self.scenario);
         response.final_reference_n.map(|_| response.share_n.max(hidden_n))
     }
@@ -230,7 +232,7 @@ impl<'a> Finished<'a> {
         references.map(|reference_n| Ending::of(&self.record.t_s, reference_n)).collect()
     }
 
-    fn verdict(&self, contact: Option<&ContactRun>, response: Option<&Response>) -> RunVerdict {
+    fn verdict(&self, contact: Option<&ContactRun>, response: Option<&ForceResponse>) -> RunVerdict {
         let still = vec![0.0; self.record.t_s.len()];
         let (controlled, wanted) = self.controlled().map(|(found, _, wanted)| (found, wanted)).unzip();
         let force_n = self.judged_force_n(contact);
@@ -284,7 +286,7 @@ impl<'a> Finished<'a> {
             sticks_s: &sticks_s,
             plays_s: &plays_s,
             commands: &commands,
-            can_wind: self.can_wind(),
+            can_wind_up: self.can_wind_up(),
             band_n: match &wanted {
                 Some(wanted) => Self::rest_of_motion(wanted, force_n),
                 None => response.and_then(|response| self.rest_n(response)),
@@ -374,16 +376,16 @@ impl<'a> Finished<'a> {
     }
 
     /// Whether something can stick while an integrator winds up the command.
-    fn can_wind(&self) -> bool {
-        let winds = |drive: &Drive| {
+    fn can_wind_up(&self) -> bool {
+        let winds_up = |drive: &Drive| {
             let mut own = self.scenario.controllers.values().filter(|used| used.drives == drive.name);
             own.any(|used| integrates(&used.spec.law)) || drive.servo.is_some_and(|servo| servo.ki != 0.0)
         };
         self.assembly.links.iter().any(|link| link.friction.acts() || link.bristle.is_some())
-            && self.holding().any(winds)
+            && self.holding().any(winds_up)
     }
 
-    fn swings_hz(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Option<f64> {
+    fn oscillation_hz(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Option<f64> {
         let is_open = matches!(verdict.outcome, Outcome::Unstable | Outcome::Undecided);
         let is_moving = is_open && self.controlled().is_some() && verdict.amplitudes_n[2] > 0.0;
         let found = is_moving.then(|| self.oscillation(contact, verdict).frequency_hz);

@@ -99,13 +99,13 @@ impl Sweep {
     fn measured(&self, candidates: &[Candidate]) -> Vec<Result<Measured, String>> {
         let tail = self.file.keep.tail;
         let guarded = |candidates: &[Candidate]| catch_unwind(AssertUnwindSafe(|| measure(candidates, tail)));
-        let told = |result: Result<Measured, RunError>| result.map_err(|error| error.to_string());
+        let as_text = |result: Result<Measured, RunError>| result.map_err(|error| error.to_string());
         let alone = |candidate: &Candidate| {
             let result = guarded(std::slice::from_ref(candidate)).ok().and_then(|mut results| results.pop());
-            result.map_or_else(|| Err("the run ended in an internal error".into()), told)
+            result.map_or_else(|| Err("the run ended in an internal error".into()), as_text)
         };
         match guarded(candidates) {
-            Ok(results) => results.into_iter().map(told).collect(),
+            Ok(results) => results.into_iter().map(as_text).collect(),
             Err(_) => candidates.iter().map(alone).collect(),
         }
     }

@@ -21,6 +21,7 @@ mod theory;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use feeler_analysis::gain;
+use feeler_catalogue::{Content, Field, KeyKind, Keyed, Slot};
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::Scenario;
 use feeler_files::{Document, Setting, assignment};
@@ -381,15 +382,27 @@ impl Tuning<'_> {
 fn values(name: &str, spec: &ControllerSpec) -> IndexMap<String, f64> {
     let gains =
         spec.law.gains().into_iter().filter_map(|field| Some((field.key.name, field.number(&spec.law)?)));
-    let lead = if let Law::ExplicitForce(gains) = &spec.law { gains.lead } else { None };
-    let lead = lead.map(|lead| [("lead.zero", lead.zero_hz), ("lead.pole", lead.pole_hz)]);
-    let low_pass = spec.reading_low_pass.map(|filter| {
-        // A filter of first order is a plain number.
-        (if filter.damping_ratio.is_some() { "low_pass.corner" } else { "low_pass" }, filter.cutoff_hz)
-    });
-    let notch = spec.reading_notch.map(|notch| ("notch.frequency", notch.frequency_hz));
-    let all = gains.chain(lead.into_iter().flatten()).chain(low_pass).chain(notch);
+    let gains = gains.map(|(key, value)| (key.to_owned(), value));
+    let all = gains.chain(of_filters(&spec.law)).chain(of_filters(spec));
     all.map(|(key, value)| (format!("controllers.{name}.{key}"), value)).collect()
+}
+
+/// The numbers of the filters of a record, each with its key.
+fn of_filters<T: Keyed>(record: &T) -> Vec<(String, f64)> {
+    let of_field = |field: &'static Field<T>| {
+        let Some(Content::Table(table)) = (field.get)(record) else { return Vec::new() };
+        let key = field.key.name;
+        let name = |inner: &str| match field.key.kind {
+            // A filter of first order is a plain number.
+            KeyKind::QuantityOrTable(plain, ..) if plain == inner && table.iter().count() == 1 => {
+                key.to_owned()
+            }
+            _ => format!("{key}.{inner}"),
+        };
+        let numbers = table.iter().filter_map(|(inner, content)| Some((name(inner), f64::of(content)?)));
+        numbers.collect::<Vec<_>>()
+    };
+    record.fields().flat_map(of_field).collect()
 }
 
 /// Values of `--set` that change a controller to each of others: the keys that any of them changes.

@@ -152,8 +152,8 @@ pub(super) fn grows_only_by_period(scenario: &Scenario, faster: &Scenario) -> bo
 /// grows without oscillation, and with reversed sign it does not.
 pub(super) fn has_wrong_sign(scenario: &Scenario) -> bool {
     let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) else { return false };
-    swings_as_it_grows(&whole) == Some(false)
-        && scaled(&whole, -1.0).is_some_and(|reversed| swings_as_it_grows(&reversed) != Some(false))
+    oscillates_as_it_grows(&whole) == Some(false)
+        && scaled(&whole, -1.0).is_some_and(|reversed| oscillates_as_it_grows(&reversed) != Some(false))
 }
 
 /// Damping ratios below this are rounding.
@@ -168,7 +168,7 @@ pub(super) fn is_undamped(scenario: &Scenario) -> bool {
 }
 
 /// Whether the fastest growing motion of a loop oscillates; `None` if none grows.
-fn swings_as_it_grows(whole: &ControlLoop) -> Option<bool> {
+fn oscillates_as_it_grows(whole: &ControlLoop) -> Option<bool> {
     let sampled = SampledLoop::new(whole).ok()?;
     let domain = sampled.domain().ok()?;
     let poles = sampled.eigenvalues().ok()?.into_iter().map(|pole| domain.s_of_point(pole));

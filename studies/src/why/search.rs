@@ -181,13 +181,13 @@ impl<'a> Search<'a> {
         let only_by_period = grows
             && changes.contains(&Counterfactual::ContinuousController)
             && linear::grows_only_by_period(&self.scenario, changed);
-        let by_chance = is_noisy(changed) && self.swings_in_noise() && self.is_as_large(&result);
+        let by_chance = is_noisy(changed) && self.oscillates_in_noise() && self.is_as_large(&result);
         let cured = trial.cured && !only_later && !by_chance;
         Trial { cured: cured || only_by_period, only_by_period, ..trial }
     }
 
     /// Whether the scenario oscillates in contact with noise.
-    fn swings_in_noise(&self) -> bool {
+    fn oscillates_in_noise(&self) -> bool {
         is_noisy(&self.scenario) && self.baseline.summary.outcome == Outcome::Oscillates
     }
 

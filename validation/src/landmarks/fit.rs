@@ -42,7 +42,7 @@ const CROSSINGS_HZ: [f64; 3] = [11.75, 13.6, 28.0];
 /// Half of the span (Hz) for slope and curvature of a peak: the base's peak, and the others. The second
 /// constant is the smallest height of the middle above both sides together, as a logarithm.
 const SPANS_HZ: [f64; 2] = [0.3, 0.5];
-const STANDS: [f64; 2] = [0.02, 0.03];
+const LEAST_PROMINENCE: [f64; 2] = [0.02, 0.03];
 /// Weights of slopes and of missing curvatures.
 const SLOPE: f64 = 8.0;
 const CURVATURE: f64 = 60.0;
@@ -74,7 +74,7 @@ fn residuals(logs: &DVector<f64>, start: &DVector<f64>) -> DVector<f64> {
         let [before, at, after] =
             [f - SPANS_HZ[which], f, f + SPANS_HZ[which]].map(|f| chain.response(f, Seen::End).norm().ln());
         all.push(SLOPE * (after - before));
-        all.push(CURVATURE * (before + after - 2.0 * at + STANDS[which]).max(0.0));
+        all.push(CURVATURE * (before + after - 2.0 * at + LEAST_PROMINENCE[which]).max(0.0));
     }
     let degrees = |seen: Seen, f: f64, from_deg: f64| {
         (chain.response(f, seen) * C64::from_polar(1.0, -from_deg.to_radians())).arg().to_degrees()

@@ -1,7 +1,7 @@
 //! The findings and datasets of an import, for programs.
 
 use feeler_diagnosis::import::{
-    Chosen, ColumnSummary, Guess, Role, RunSummary, Survey, TableSummary, UnitGuess, Written,
+    Chosen, ColumnRole, ColumnSummary, Guess, RunSummary, Survey, TableSummary, UnitGuess, Written,
 };
 use serde::Serialize;
 
@@ -185,7 +185,7 @@ impl<'a> ImportedJoint<'a> {
 }
 
 impl<'a> ImportedRole<'a> {
-    fn new(role: Role, chosen: &'a Chosen) -> Self {
+    fn new(role: ColumnRole, chosen: &'a Chosen) -> Self {
         let (unit, rad_per_count) = match &chosen.unit {
             Some((UnitGuess::Symbol(symbol), _)) => (Some(symbol.as_ref()), None),
             Some((UnitGuess::Counts(each), _)) => (Some("counts"), Some(*each)),

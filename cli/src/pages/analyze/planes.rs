@@ -199,7 +199,7 @@ fn s_view(marks: &[PlaneMark]) -> [f64; 4] {
 /// The points outside the frame, conjugate pairs once.
 fn beyond(marks: &[PlaneMark], [left, right, low, high]: [f64; 4]) -> String {
     let inside = |[x, y]: [f64; 2]| x >= left && x <= right && y >= low && y <= high;
-    let told: Vec<String> = (marks.iter().filter(|mark| !inside(mark.point) && mark.point[1] >= 0.0))
+    let beyond_frame: Vec<String> = (marks.iter().filter(|mark| !inside(mark.point) && mark.point[1] >= 0.0))
         .map(|mark| {
             let [re, im_hz] = mark.point;
             let swings =
@@ -207,7 +207,11 @@ fn beyond(marks: &[PlaneMark], [left, right, low, high]: [f64; 4]) -> String {
             format!("{} at {}{swings}", mark.name, with_unit(re, "1/s"))
         })
         .collect();
-    if told.is_empty() { String::new() } else { format!(" Beyond the frame: {}.", told.join("; ")) }
+    if beyond_frame.is_empty() {
+        String::new()
+    } else {
+        format!(" Beyond the frame: {}.", beyond_frame.join("; "))
+    }
 }
 
 /// Poles and zeros of the plant.

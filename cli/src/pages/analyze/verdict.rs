@@ -129,7 +129,7 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
         }
         (Some(limit), _) => said.push(limited(report, limit)),
         (None, _) => {
-            said.push(untold(report));
+            said.push(why_no_limit(report));
         }
     }
     said.extend(advice(report));
@@ -190,7 +190,7 @@ fn stable_interval(report: &Report, gain: &GainReport) -> Option<String> {
 }
 
 /// Reason why no limiting problem is named.
-fn untold(report: &Report) -> String {
+fn why_no_limit(report: &Report) -> String {
     match report.why_no_waterfall() {
         Some(WhyNoWaterfall::SlowerLoop { controller, period_s, common_s, slowest }) => {
             let remedy = slowest.as_ref().map_or_else(

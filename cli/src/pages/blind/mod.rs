@@ -2,7 +2,7 @@
 
 mod matrix;
 
-use feeler_diagnosis::blind::{CaseScore, Measure, Score, Unit};
+use feeler_diagnosis::blind::{CaseScore, Measure, MeasureUnit, Score};
 
 use crate::numbers::{count, percent, plain};
 use crate::pages::parts::{Chart, ChartKind, Page, Series};
@@ -95,8 +95,8 @@ pub(crate) fn measure_rows(score: &Score) -> Vec<Vec<String>> {
     let value = |measure: &Measure| match measure.value {
         None => "-".to_owned(),
         Some(value) => match measure.unit {
-            Unit::Seconds => plain(value),
-            Unit::Share => format!("{} %", percent(value)),
+            MeasureUnit::Seconds => plain(value),
+            MeasureUnit::Share => format!("{} %", percent(value)),
         },
     };
     let mark = |measure: &Measure| {

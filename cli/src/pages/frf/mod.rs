@@ -3,7 +3,7 @@
 pub(crate) mod words;
 
 use feeler_lti::C64;
-use feeler_studies::frf::{FrfRow, Response, row};
+use feeler_studies::frf::{FrequencyResponse, FrfRow, row};
 
 use super::analyze::degrees;
 use crate::numbers::{plain, with_unit};
@@ -15,7 +15,7 @@ const MOST_POINTS: usize = 4000;
 const TOGETHER: &str = "frequency";
 
 /// The page of a response.
-pub(crate) fn page(response: &Response) -> String {
+pub(crate) fn page(response: &FrequencyResponse) -> String {
     let mut page = Page::new(&format!("{}: frequency response", response.title), &response.about);
     page.lead(&words::headline(response));
     page.paragraph(&format!("{}.", capital(&words::path(response))));
@@ -39,7 +39,7 @@ pub(crate) fn page(response: &Response) -> String {
     page.render()
 }
 
-fn tiles(response: &Response) -> Vec<Tile> {
+fn tiles(response: &FrequencyResponse) -> Vec<Tile> {
     let agreement = response.agreement();
     let tile = |name, value: String, remark: String| Tile::new(name, value, remark);
     vec![
@@ -77,7 +77,7 @@ struct Place {
 
 /// The frequencies of the charts, rising: those of the estimate, thinned out if there are many, and those in
 /// between.
-fn places(response: &Response) -> Vec<Place> {
+fn places(response: &FrequencyResponse) -> Vec<Place> {
     let estimate = &response.estimate;
     let decibels: Vec<f64> = estimate.response.iter().map(|g| 20.0 * g.norm().log10()).collect();
     let of_estimate = by_extremes(&[&decibels], decibels.len(), MOST_POINTS).into_iter().map(|i| Place {
@@ -98,7 +98,7 @@ fn places(response: &Response) -> Vec<Place> {
     places
 }
 
-fn charts(response: &Response) -> Vec<Chart> {
+fn charts(response: &FrequencyResponse) -> Vec<Chart> {
     let drawing = Drawing { response, places: places(response) };
     let linear_deg = degrees(&drawing.places.iter().map(|place| place.linear).collect::<Vec<_>>());
     // Noise may shift a continued phase by whole turns. The ratio to the linear response avoids this.
@@ -129,7 +129,7 @@ fn charts(response: &Response) -> Vec<Chart> {
 
 /// The charts of a response over their frequencies.
 struct Drawing<'a> {
-    response: &'a Response,
+    response: &'a FrequencyResponse,
     places: Vec<Place>,
 }
 

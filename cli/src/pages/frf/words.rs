@@ -1,6 +1,8 @@
 //! A measured frequency response in words.
 
-use feeler_studies::frf::{COHERENT, DistortionBand, INCOHERENT, Incoherent, KNOWN_DEG, Levels, Response};
+use feeler_studies::frf::{
+    COHERENT, DistortionBand, FrequencyResponse, INCOHERENT, Incoherent, KNOWN_DEG, Levels,
+};
 
 use crate::numbers::{plain, with_unit};
 
@@ -14,7 +16,7 @@ const MOST_BANDS: usize = 3;
 const MOST_SPANS: usize = 4;
 
 /// Input and output.
-pub(crate) fn path(response: &Response) -> String {
+pub(crate) fn path(response: &FrequencyResponse) -> String {
     let reads = response
         .reads
         .as_ref()
@@ -23,7 +25,7 @@ pub(crate) fn path(response: &Response) -> String {
 }
 
 /// Difference between measurement and linear theory, over all frequencies.
-pub(crate) fn headline(response: &Response) -> String {
+pub(crate) fn headline(response: &FrequencyResponse) -> String {
     let agreement = response.agreement();
     let [decibels, at_hz] = agreement.widest;
     if decibels < EQUAL {
@@ -51,7 +53,7 @@ pub(crate) fn is_level(level_db: f64, response_db: f64) -> bool {
 }
 
 /// The comparison with linear theory, and the noise and distortion that the excitation separates.
-pub(crate) fn sentences(response: &Response) -> Vec<String> {
+pub(crate) fn sentences(response: &FrequencyResponse) -> Vec<String> {
     let agreement = response.agreement();
     let coherent = (agreement.coherence).map_or_else(
         || format!("the phase is known to ±{KNOWN_DEG}°"),

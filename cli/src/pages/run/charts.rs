@@ -14,7 +14,7 @@ use crate::pages::parts::{Chart, ChartKind, Line, MOST_VALUES, Mark, Page, Serie
 use crate::units::Units;
 
 /// Largest number of rows of a live chart.
-const GLANCE_ROWS: usize = 2_000;
+const OVERVIEW_ROWS: usize = 2_000;
 /// Points of the phase portrait.
 const MOST_PATH_POINTS: usize = 6_000;
 /// The spectrum extends at least to this harmonic of the strongest line.
@@ -102,8 +102,8 @@ impl<'a> View<'a> {
     }
 
     /// Force and drive over the whole run, at the resolution of a screen.
-    pub(super) fn glance(mut self) -> Vec<Chart> {
-        self.most_rows = GLANCE_ROWS;
+    pub(super) fn overview(mut self) -> Vec<Chart> {
+        self.most_rows = OVERVIEW_ROWS;
         let rows = 0..self.t_s().len();
         let bands = self.bands(&rows);
         let charts = self.forces(&rows).into_iter().chain(self.drives(&rows));

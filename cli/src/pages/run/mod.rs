@@ -34,11 +34,10 @@ pub(crate) fn page(
     }
     let mut page = Page::new(&machine.name, about.trim_start());
     let units = Units::of(machine);
-    let told = words::told(&document.scenario, summary, units, doubts);
-    page.lead(&told[0]);
-    told[1..].iter().for_each(|sentence| page.paragraph(sentence));
-    let is_told = |doubt: &&Problem| told.iter().any(|sentence| sentence.contains(&doubt.message));
-    for Problem { key, message, remedy } in doubts.iter().filter(|doubt| !is_told(doubt)) {
+    let words::Account { sentences, doubt } = words::account(&document.scenario, summary, units, doubts);
+    page.lead(&sentences[0]);
+    sentences[1..].iter().for_each(|sentence| page.paragraph(sentence));
+    for Problem { key, message, remedy } in doubts.iter().filter(|other| Some(*other) != doubt) {
         page.paragraph(&format!("Doubtful in the file: {key}: {message}; {remedy}."));
     }
     page.tiles(&tiles(summary, units, strongest_hz(result)));
@@ -70,8 +69,8 @@ fn strongest_hz(result: &RunResult) -> Option<f64> {
 }
 
 /// The first charts of a run, for a live page.
-pub(crate) fn glance(document: &Document, result: &RunResult) -> Vec<Chart> {
-    View::new(document, result, Units::of(&document.scenario.machine)).glance()
+pub(crate) fn overview(document: &Document, result: &RunResult) -> Vec<Chart> {
+    View::new(document, result, Units::of(&document.scenario.machine)).overview()
 }
 
 pub(crate) fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile> {

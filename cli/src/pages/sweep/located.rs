@@ -55,15 +55,15 @@ mod tests {
     fn truth_an_edge_is_told_where_there_is_one() {
         let axis =
             DrawnAxis { key: "kp".into(), unit: String::new(), range: [0.0, 1.0], points: None, log: false };
-        let told = |rests: &[bool]| {
+        let sentence_of = |rests: &[bool]| {
             let points = rests.iter().enumerate().map(|(i, rests)| (0.5 * i as f64, *rests));
             // Points may come in any order.
             edge(&axis, points.rev().collect()).unwrap_or_default()
         };
-        assert_eq!(told(&[true, true, false]), "It settles up to kp = 0.5, and no longer at 1. ");
-        assert_eq!(told(&[false, true]), "It settles at kp = 0.5 and above, but not yet at 0. ");
+        assert_eq!(sentence_of(&[true, true, false]), "It settles up to kp = 0.5, and no longer at 1. ");
+        assert_eq!(sentence_of(&[false, true]), "It settles at kp = 0.5 and above, but not yet at 0. ");
         for none in [&[true, true][..], &[true, false, true], &[]] {
-            assert_eq!(told(none), "");
+            assert_eq!(sentence_of(none), "");
         }
     }
 }

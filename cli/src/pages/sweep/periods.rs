@@ -39,13 +39,13 @@ fn stretches(variants: &[Variant]) -> Vec<&[Variant]> {
 /// Places at which the number of impacts per period doubles between neighbours, up or down the axis.
 fn doublings(stretches: &[&[Variant]], key: &str) -> Vec<String> {
     let between = stretches.windows(2).filter_map(|pair| Some((pair[0].last()?, pair[1].first()?)));
-    let told = between.filter_map(|(a, b)| {
+    let sentences = between.filter_map(|(a, b)| {
         let (from, to) = (a.impacts?, b.impacts?);
         let doubles = a.chatters() && b.chatters() && (to == 2 * from || from == 2 * to);
         doubles
             .then(|| format!("between {key} = {} and {} ({from} to {to} impacts)", plain(a.at), plain(b.at)))
     });
-    told.collect()
+    sentences.collect()
 }
 
 impl Report<'_> {

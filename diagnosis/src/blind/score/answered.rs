@@ -55,7 +55,7 @@ pub struct Measure {
     pub value: Option<f64>,
     /// Unit of the number.
     #[serde(skip)]
-    pub unit: Unit,
+    pub unit: MeasureUnit,
     /// Number of cases that count.
     pub cases: usize,
     /// The goal, in words.
@@ -66,7 +66,7 @@ pub struct Measure {
 
 /// Unit of the number of a measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
+pub enum MeasureUnit {
     /// A share, to be shown in percent.
     Share,
     /// A time, s.

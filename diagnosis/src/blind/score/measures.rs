@@ -1,7 +1,7 @@
 //! Counts over all cases, and the table of measures.
 
 use super::super::regression::named;
-use super::answered::{Calibration, Measure, ScoredValue, Unit};
+use super::answered::{Calibration, Measure, MeasureUnit, ScoredValue};
 use super::goals::Goals;
 use super::judge::{Hides, Judged};
 use super::reliability;
@@ -53,10 +53,10 @@ impl Goal {
         }
     }
 
-    fn words(self, unit: Unit) -> String {
+    fn words(self, unit: MeasureUnit) -> String {
         let size = |x: f64| match unit {
-            Unit::Share => format!("{:.0} %", 100.0 * x),
-            Unit::Seconds => format!("{x:.0}"),
+            MeasureUnit::Share => format!("{:.0} %", 100.0 * x),
+            MeasureUnit::Seconds => format!("{x:.0}"),
         };
         match self {
             Self::None => String::new(),
@@ -69,16 +69,16 @@ impl Goal {
 }
 
 impl Measure {
-    fn new(what: &'static str, value: Option<f64>, unit: Unit, cases: usize, goal: Goal) -> Self {
+    fn new(what: &'static str, value: Option<f64>, unit: MeasureUnit, cases: usize, goal: Goal) -> Self {
         let reached = value.is_some_and(|value| goal.reached(value));
         Self { what, value, unit, cases, wanted: goal.words(unit), reached }
     }
 
     fn share(what: &'static str, value: Option<f64>, cases: usize, goal: Goal) -> Self {
-        Self::new(what, value, Unit::Share, cases, goal)
+        Self::new(what, value, MeasureUnit::Share, cases, goal)
     }
 
-    fn median(what: &'static str, values: &[f64], unit: Unit, goal: Goal) -> Self {
+    fn median(what: &'static str, values: &[f64], unit: MeasureUnit, goal: Goal) -> Self {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);
         Self::new(what, sorted.get(sorted.len() / 2).copied(), unit, sorted.len(), goal)
@@ -192,13 +192,18 @@ impl Tallies {
             self.pair.measure("both of two effects found", Goal::AtLeast(goals.pair)),
             self.outside.measure("effect of no library: refused, place right", Goal::AtLeast(goals.outside)),
             self.alarm.measure("false alarm where nothing is hidden", Goal::AtMost(goals.alarm)),
-            Measure::median("parameter error, median", &self.errors, Unit::Share, Goal::AtMost(0.05)),
+            Measure::median("parameter error, median", &self.errors, MeasureUnit::Share, Goal::AtMost(0.05)),
             self.inside.measure("true values inside their stated 90 % interval", Goal::Within(COVERED)),
-            Measure::median("share of the gap closed, median", &self.closed, Unit::Share, Goal::AtLeast(0.9)),
+            Measure::median(
+                "share of the gap closed, median",
+                &self.closed,
+                MeasureUnit::Share,
+                Goal::AtLeast(0.9),
+            ),
             Measure::median(
                 "claimed against held-back closing, median difference",
                 &self.claims,
-                Unit::Share,
+                MeasureUnit::Share,
                 Goal::AtMost(0.1),
             ),
             Measure::share(
@@ -212,13 +217,13 @@ impl Tallies {
             Measure::median(
                 "wall time of a diagnosis (s), median",
                 &self.times,
-                Unit::Seconds,
+                MeasureUnit::Seconds,
                 Goal::AtMost(goals.median_s),
             ),
             Measure::new(
                 "wall time of a diagnosis (s), worst",
                 worst,
-                Unit::Seconds,
+                MeasureUnit::Seconds,
                 self.times.len(),
                 Goal::AtMost(goals.worst_s),
             ),

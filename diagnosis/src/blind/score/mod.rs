@@ -11,7 +11,8 @@ use std::collections::BTreeMap;
 use indexmap::IndexMap;
 
 pub use answered::{
-    Answered, AnsweredEffect, Calibration, CaseScore, Measure, NOTHING, Score, ScoredValue, UNKNOWN, Unit,
+    Answered, AnsweredEffect, Calibration, CaseScore, Measure, MeasureUnit, NOTHING, Score, ScoredValue,
+    UNKNOWN,
 };
 use goals::Goals;
 use judge::Judged;

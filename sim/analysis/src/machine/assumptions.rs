@@ -1,6 +1,6 @@
 //! Nonlinear properties of a machine, and what linear theory assumes instead.
 
-use feeler_plant::assembly::{Course, Drive, Link};
+use feeler_plant::assembly::{Drive, Link, PositionForce};
 use feeler_plant::description::Engagement;
 use feeler_plant::effects::Kind;
 use serde::Serialize;
@@ -38,8 +38,8 @@ impl ControlLoop {
             let is_of_spring = self.assembly().links.iter().any(|link| link.name == weight.name);
             let table = if is_of_spring { "springs" } else { "bodies" };
             let kind = match weight.course {
-                Course::Pull(_) => Kind::Gravity,
-                Course::Table(_) => Kind::ForceTable,
+                PositionForce::Pull(_) => Kind::Gravity,
+                PositionForce::Table(_) => Kind::ForceTable,
             };
             found.when(true, &format!("{table}.{}", weight.name), kind.name(), TANGENT);
         }

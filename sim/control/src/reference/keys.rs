@@ -1,7 +1,7 @@
 //! The keys of a reference in files.
 
 use feeler_catalogue::{
-    Absent, Bound, Choice, Content, Dimension, Field, Form, Key, Keys, Kind, Record, Role, Slot, Unit,
+    Absent, Bound, Choice, Content, Dimension, Field, Form, Key, KeyKind, KeyRole, Keyed, Keys, Slot, Unit,
     Variant, chained, field, form, number, required, variants, words,
 };
 
@@ -28,12 +28,12 @@ const R: Unit = Unit::Reference;
 
 /// A key whose value is one of some words; the first is the default.
 const fn one_of(name: &'static str, words: &'static [feeler_catalogue::Word], text: &'static str) -> Key {
-    Key { name, kind: Kind::Word(words), absent: Absent::Word(words[0].name), text }
+    Key { name, kind: KeyKind::Word(words), absent: Absent::Word(words[0].name), text }
 }
 
 const VALUE: Field<ReferenceSpec> = field!(ReferenceSpec: ReferenceSpec::Constant(value) => *value,
-    required("value", Kind::Quantity(R, Bound::Any), "the value"));
-const POINTS: Key = required("points", Kind::Points(R), "[[time, value], ...]");
+    required("value", KeyKind::Quantity(R, Bound::Any), "the value"));
+const POINTS: Key = required("points", KeyKind::Points(R), "[[time, value], ...]");
 const CORNERS: Field<ReferenceSpec> = field!(
     ReferenceSpec: ReferenceSpec::Steps(points) | ReferenceSpec::PiecewiseLinear(points) => *points,
     POINTS
@@ -41,11 +41,11 @@ const CORNERS: Field<ReferenceSpec> = field!(
 const AMPLITUDE: Field<ReferenceSpec> = field!(
     ReferenceSpec:
         ReferenceSpec::Chirp { amplitude, .. } | ReferenceSpec::Prbs { amplitude, .. } => *amplitude,
-    required("amplitude", Kind::Quantity(R, Bound::Any), "amplitude about the mean")
+    required("amplitude", KeyKind::Quantity(R, Bound::Any), "amplitude about the mean")
 );
 const RMS: Field<ReferenceSpec> = field!(
     ReferenceSpec: ReferenceSpec::Multisine { rms, .. } | ReferenceSpec::WhiteNoise { rms, .. } => *rms,
-    required("rms", Kind::Quantity(R, Bound::Positive), "root mean square about the mean")
+    required("rms", KeyKind::Quantity(R, Bound::Positive), "root mean square about the mean")
 );
 const OFFSET_KEY: Key = number("offset", R, Bound::Any, 0.0, "mean value");
 const OFFSET: Field<ReferenceSpec> = field!(
@@ -58,8 +58,8 @@ const OFFSET: Field<ReferenceSpec> = field!(
 );
 const BETWEEN_KEY: Key = one_of("between", Between::WORDS, "values between samples");
 const BAND: Field<ReferenceSpec> = Field {
-    key: required("band", Kind::Range(FREQUENCY), "lowest and highest frequency"),
-    role: Role::Structure,
+    key: required("band", KeyKind::Range(FREQUENCY), "lowest and highest frequency"),
+    role: KeyRole::Structure,
     get: |spec| match spec {
         ReferenceSpec::Multisine { low_hz, high_hz, .. }
         | ReferenceSpec::WhiteNoise { low_hz, high_hz, .. } => [*low_hz, *high_hz].content(),
@@ -80,11 +80,11 @@ const BAND: Field<ReferenceSpec> = Field {
 const CHIRP: &[Field<ReferenceSpec>] = &[
     AMPLITUDE,
     field!(ReferenceSpec: ReferenceSpec::Chirp { start_hz, .. } => *start_hz,
-        required("start", Kind::Quantity(FREQUENCY, Bound::NotNegative), "frequency at the start")),
+        required("start", KeyKind::Quantity(FREQUENCY, Bound::NotNegative), "frequency at the start")),
     field!(ReferenceSpec: ReferenceSpec::Chirp { end_hz, .. } => *end_hz,
-        required("end", Kind::Quantity(FREQUENCY, Bound::Positive), "frequency at the end")),
+        required("end", KeyKind::Quantity(FREQUENCY, Bound::Positive), "frequency at the end")),
     field!(ReferenceSpec: ReferenceSpec::Chirp { duration_s, .. } => *duration_s,
-        required("duration", Kind::Quantity(TIME, Bound::Positive), "length of the sweep")),
+        required("duration", KeyKind::Quantity(TIME, Bound::Positive), "length of the sweep")),
     field!(ReferenceSpec: ReferenceSpec::Chirp { sweep, .. } => *sweep,
         one_of("sweep", ChirpSweep::WORDS, "how the frequency changes")),
     OFFSET,
@@ -94,7 +94,7 @@ const MULTISINE: &[Field<ReferenceSpec>] = &[
     RMS,
     BAND,
     field!(ReferenceSpec: ReferenceSpec::Multisine { period_s, .. } => *period_s,
-        required("period", Kind::Quantity(TIME, Bound::Above(0.0, 1e4)), "its period")),
+        required("period", KeyKind::Quantity(TIME, Bound::Above(0.0, 1e4)), "its period")),
     field!(ReferenceSpec: ReferenceSpec::Multisine { lines, .. } => *lines,
         one_of("lines", Lines::WORDS, "which frequencies are excited")),
     OFFSET,
@@ -103,9 +103,9 @@ const MULTISINE: &[Field<ReferenceSpec>] = &[
 const PRBS: &[Field<ReferenceSpec>] = &[
     AMPLITUDE,
     field!(ReferenceSpec: ReferenceSpec::Prbs { clock_period_s, .. } => *clock_period_s,
-        required("clock_period", Kind::Quantity(TIME, Bound::Positive), "how long each chip is held")),
+        required("clock_period", KeyKind::Quantity(TIME, Bound::Positive), "how long each chip is held")),
     field!(ReferenceSpec: ReferenceSpec::Prbs { order, .. } => *order,
-        required("order", Kind::Count(MIN_ORDER as u64, MAX_ORDER as u64),
+        required("order", KeyKind::Count(MIN_ORDER as u64, MAX_ORDER as u64),
             "length of the shift register; it repeats after 2^order - 1 chips")),
     OFFSET,
 ];
@@ -113,7 +113,7 @@ const PRBS: &[Field<ReferenceSpec>] = &[
 const SAMPLES: &[Field<ReferenceSpec>] = &[
     Field {
         key: POINTS,
-        role: Role::Structure,
+        role: KeyRole::Structure,
         get: |spec| match spec {
             ReferenceSpec::Table { times_s, values, .. } => {
                 let pairs = times_s.iter().copied().zip(values.iter().copied());
@@ -132,7 +132,7 @@ const SAMPLES: &[Field<ReferenceSpec>] = &[
 ];
 
 /// The table form of a reference.
-impl Record for ReferenceSpec {
+impl Keyed for ReferenceSpec {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[
         form!("constant", "one value throughout the run", ReferenceSpec: ReferenceSpec::Constant(_),
@@ -183,7 +183,7 @@ impl ReferenceSpec {
 }
 
 /// The key that names a file of samples.
-pub const SAMPLES_PATH: Key = required("file", Kind::Text, "the file, relative to this one");
+pub const SAMPLES_PATH: Key = required("file", KeyKind::Text, "the file, relative to this one");
 
 /// The form of a reference with samples in a file. The reader of the file fills it in.
 pub const SAMPLES_FILE: Variant = Variant {
@@ -204,7 +204,7 @@ const SHAPES: [Variant; FORMS.len() + 1] = chained(&FORMS, &[SAMPLES_FILE]);
 /// The key of the quantity that a controller follows.
 pub const FOLLOWED: Key = Key {
     name: "reference",
-    kind: Kind::Reference(&REFERENCE),
+    kind: KeyKind::Reference(&REFERENCE),
     absent: Absent::Number(0.0),
     text: "what to follow: a value, [[time, value], ...] for steps, or a table with `kind`",
 };

@@ -57,7 +57,7 @@ impl Multisine {
         if highest > HIGHEST_LINE {
             let why = "a multisine has 200 000 frequencies at most, one per cycle in its period";
             return Err(ControlError::TooLarge {
-                key: "reference.band",
+                key: "reference.band".into(),
                 value: high_hz,
                 bound: HIGHEST_LINE / period_s,
                 why,

@@ -97,7 +97,7 @@ fn prop_lanes_switch_each_at_its_own_threshold() {
 fn prop_an_approach_that_cannot_work_is_refused() {
     let approach = Approach { release: Some(5.0), ..Approach::new(0.03, 4.0, 12.0) };
     let refused = Controller::<f64>::new(&[spec(approach)]).unwrap_err();
-    assert!(matches!(refused, ControlError::TooLarge { key: "approach.release", .. }), "{refused}");
+    assert!(matches!(&refused, ControlError::TooLarge { key, .. } if key == "approach.release"), "{refused}");
     let massless = Controller::<f64>::new(&[spec(Approach::new(0.03, 4.0, 0.0))]).unwrap_err();
     assert_eq!(
         massless,

@@ -1,6 +1,6 @@
 //! Each law against its closed form.
 
-use feeler_catalogue::{Bound, Record, Role};
+use feeler_catalogue::{Bound, KeyRole, Keyed};
 use feeler_control::{
     AdmittanceGains, AntiWindup, ControlError, Controller, ControllerSpec, ForceGains, GainPart,
     ImpedanceGains, Inputs, Law, LeadSpec, PositionGains,
@@ -286,7 +286,7 @@ fn prop_mistakes_are_refused_with_their_key() {
 fn truth_no_law_has_two_gains_of_one_part() {
     for law in Law::FORMS.iter().map(|form| (form.start)()) {
         for gain in law.gains() {
-            let Role::Gain { part, .. } = gain.role else { panic!("{} is not a gain", gain.key.name) };
+            let KeyRole::Gain { part, .. } = gain.role else { panic!("{} is not a gain", gain.key.name) };
             let found = law.gain(part).unwrap().key.name;
             assert!(part == GainPart::Other || found == gain.key.name, "{}: {found}", law.name());
         }

@@ -2,7 +2,7 @@
 
 use feeler_lanes::Lane;
 
-use crate::carry::peaks::{CREST, NEAR, Peak, Peaks, room};
+use crate::carry::peaks::{PEAK_TOLERANCE, Peak, Peaks, ROUGH_PEAK_TOLERANCE, room};
 
 /// The present stretch of one contact in all lanes, for spans that lanes travel together.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,7 @@ impl<L: Lane> Abreast<L> {
             self.force_n = L::select(higher, force_n, self.force_n);
             self.t_s = L::select(higher, t_s, self.t_s);
         }
-        let level = self.force_n * L::splat(1.0 + CREST);
+        let level = self.force_n * L::splat(1.0 + PEAK_TOLERANCE);
         let peaks = rise.gt(zero) & fall.lt(zero) & room([start, end], [rise, fall], h, level).gt(zero);
         // The values at the ends may show a maximum or minimum in between, even if tangents do not bound it.
         // The cubic through both ends exceeds the higher one by at most 4/27 of the slopes over the span; the
@@ -74,7 +74,8 @@ impl<L: Lane> Abreast<L> {
     /// is the higher end plus the steeper slope over the whole span.
     #[inline(always)]
     pub(crate) fn is_near(&self, [start, end]: [L; 2], [rise, fall]: [L; 2], h: L) -> L::Mask {
-        (start.max(end) + h * rise.abs().max(fall.abs())).gt(self.force_n * L::splat(1.0 + NEAR))
+        (start.max(end) + h * rise.abs().max(fall.abs()))
+            .gt(self.force_n * L::splat(1.0 + ROUGH_PEAK_TOLERANCE))
     }
 }
 
@@ -85,7 +86,7 @@ mod tests {
     /// Two oscillations that turn by 1.2 and 0.36 rad over a span, in many phases. A span that is not
     /// examined stays below the maximum.
     #[test]
-    fn truth_no_crest_above_the_maximum_is_passed() {
+    fn truth_no_peak_above_the_maximum_is_passed() {
         let h = 1e-3;
         let (fast, slow) = (1.2 / h, 0.36 / h);
         let mut passed = 0;

@@ -201,9 +201,9 @@ impl<L: Lane> Carrier<L> {
             let stopped = transition.crossed(here, &lanes.xi, &mut self.product);
             let moved = here & !stopped;
             if !lanes.peaks.is_empty() {
-                let crests = transition.pass(moved, &self.product, part, lanes.t_s, &mut lanes.peaks);
-                if crests.any() {
-                    self.look_at_crests(lanes, index, part, crests)?;
+                let with_maxima = transition.pass(moved, &self.product, part, lanes.t_s, &mut lanes.peaks);
+                if with_maxima.any() {
+                    self.find_maxima(lanes, index, part, with_maxima)?;
                 }
             }
             let transition = &self.transitions[index];
@@ -223,7 +223,7 @@ impl<L: Lane> Carrier<L> {
 
     /// Finds where the forces of lanes peak within one part. Their motion does not change.
     #[cold]
-    fn look_at_crests(
+    fn find_maxima(
         &mut self,
         lanes: &mut Lanes<L>,
         index: usize,

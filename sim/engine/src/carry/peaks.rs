@@ -11,15 +11,15 @@ use crate::solve::taylor::Series;
 
 /// Relative height by which an unexamined peak may exceed the known maximum. Slopes from differences resolve
 /// no more, and a force at rest must not be examined for its rounding.
-pub(super) const CREST: f64 = 1e-9;
+pub(super) const PEAK_TOLERANCE: f64 = 1e-9;
 /// The same height for spans in which the force may oscillate more than once. It is larger, so a force that
 /// creeps to its maximum is not examined all the way.
-pub(super) const NEAR: f64 = 1e-6;
+pub(super) const ROUGH_PEAK_TOLERANCE: f64 = 1e-6;
 /// Relative agreement required of two polynomials through the ends of a span; otherwise the motion itself is
 /// searched for the peak.
 const AGREE: f64 = 1e-5;
 /// Largest number of evaluations at a peak of a nonlinear mode; each brings the bounds several times closer.
-const MOST_LOOKS: usize = 60;
+const MOST_EVALUATIONS: usize = 60;
 
 /// A femtosecond, s.
 const FEMTOSECOND: f64 = 1e-15;
@@ -115,7 +115,7 @@ impl Peaks {
                 for point in [start, end] {
                     present.rise_to(Peak::at(t_s + point.s, point.force_n));
                 }
-                crest(piece, &row, [start, end], h, t_s, present);
+                find_maximum(piece, &row, [start, end], h, t_s, present);
             }
         }
     }
@@ -130,10 +130,10 @@ impl Peaks {
         t_s: f64,
         span_fs: u64,
     ) -> Result<(), EngineError> {
-        let parts = flow.looks(span_fs as f64 * FEMTOSECOND)?;
+        let parts = flow.evaluations(span_fs as f64 * FEMTOSECOND)?;
         let length_s = (span_fs / parts) as f64 * FEMTOSECOND;
         if parts == 1 {
-            self.crest_of_motion(flow, series, xi, t_s, length_s);
+            self.find_maximum_of_motion(flow, series, xi, t_s, length_s);
             return Ok(());
         }
         let (states, width) = (flow.states, flow.width);
@@ -159,7 +159,7 @@ impl Peaks {
                 }
             }
             if unclear {
-                self.crest_of_motion(flow, series, &mut xi.to_vec(), from_s, length_s);
+                self.find_maximum_of_motion(flow, series, &mut xi.to_vec(), from_s, length_s);
             }
             xi[..states].copy_from_slice(&y[..states]);
         }
@@ -167,7 +167,14 @@ impl Peaks {
     }
 
     /// Finds the peak of a span on the motion itself, by its series; `xi` is moved.
-    fn crest_of_motion(&mut self, flow: &Flow, series: &mut Series, xi: &mut [f64], t_s: f64, span_s: f64) {
+    fn find_maximum_of_motion(
+        &mut self,
+        flow: &Flow,
+        series: &mut Series,
+        xi: &mut [f64],
+        t_s: f64,
+        span_s: f64,
+    ) {
         let mut gone_s = 0.0;
         while gone_s < span_s {
             let h = flow.horizon_s.min(span_s - gone_s);
@@ -187,7 +194,7 @@ fn point(piece: &mut impl Piece, row: &[f64], s: f64, h: f64) -> Option<Point> {
 
 /// The maximum within a piece in which the force rises at one end and falls at the other. Secant steps on the
 /// slope go on until the tangents bound the maximum.
-fn crest(
+fn find_maximum(
     piece: &mut impl Piece,
     row: &[f64],
     [mut a, mut b]: [Point; 2],
@@ -195,8 +202,8 @@ fn crest(
     t_s: f64,
     present: &mut Peak,
 ) {
-    for _ in 0..MOST_LOOKS {
-        let level = present.force_n * (1.0 + CREST);
+    for _ in 0..MOST_EVALUATIONS {
+        let level = present.force_n * (1.0 + PEAK_TOLERANCE);
         if a.slope <= 0.0
             || b.slope >= 0.0
             || room([a.force_n, b.force_n], [a.slope, b.slope], b.s - a.s, level) <= 0.0
@@ -291,7 +298,7 @@ fn highest(c: &[f64; 6]) -> (f64, f64) {
     let slope = |u: f64| (1..6).rev().fold(0.0, |sum, k| sum * u + k as f64 * c[k]);
     let bend = |u: f64| (2..6).rev().fold(0.0, |sum, k| sum * u + (k * (k - 1)) as f64 * c[k]);
     let (mut a, mut b, mut u) = (0.0, 1.0, 0.5);
-    for _ in 0..MOST_LOOKS {
+    for _ in 0..MOST_EVALUATIONS {
         let value = slope(u);
         if value > 0.0 {
             a = u;
@@ -300,7 +307,7 @@ fn highest(c: &[f64; 6]) -> (f64, f64) {
         }
         let newton = u - value / bend(u);
         let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
-        if (next - u).abs() <= NEAR {
+        if (next - u).abs() <= ROUGH_PEAK_TOLERANCE {
             return (next, at(next));
         }
         u = next;
@@ -315,7 +322,7 @@ mod tests {
     /// 20 + 10 sin, turned by up to 1.2 rad over a span: the ends give the peak to 1.2e-7 (see
     /// [`Span::peak`]).
     #[test]
-    fn truth_the_crest_of_a_sine_follows_from_both_ends() {
+    fn truth_the_peak_of_a_sine_follows_from_both_ends() {
         let h = 5e-4;
         let mut told = 0;
         for turn in [0.02_f64, 0.1, 0.2, 0.4, 0.8, 1.2] {

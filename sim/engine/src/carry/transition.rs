@@ -48,7 +48,7 @@ pub(crate) struct Transition<L: Lane> {
     /// forces.
     guarding: Vec<L::Mask>,
     pub(crate) pushing: Vec<L::Mask>,
-    /// Lanes that travel farther in one part than [`Flow::looks`] allows, because they have no guards.
+    /// Lanes that travel farther in one part than [`Flow::evaluations`] allows, because they have no guards.
     rough: L::Mask,
 }
 
@@ -127,9 +127,9 @@ impl<L: Lane> Transition<L> {
             let span_s = self.span_s;
             // Without guards only peaks need evaluations, and these have their own check.
             let is_guarded = flow.lines.iter().any(|line| line.is_guard);
-            let looks = flow.looks(span_s)?;
-            self.parts[l] = if is_guarded { looks } else { 1 };
-            rough[l] = !is_guarded && looks > 1;
+            let evaluations = flow.evaluations(span_s)?;
+            self.parts[l] = if is_guarded { evaluations } else { 1 };
+            rough[l] = !is_guarded && evaluations > 1;
             self.part_s.set_lane(l, span_s / self.parts[l] as f64);
             let own = self.states + ROWS_PER_LINE * flow.lines.len();
             let room = self.states + ROWS_PER_LINE * self.lines;
@@ -204,19 +204,20 @@ impl<L: Lane> Transition<L> {
         peaks: &mut [Abreast<L>],
     ) -> L::Mask {
         let from_s = L::splat(t_s) + self.part_s * L::splat(part as f64);
-        let mut crests = L::Mask::splat(false);
+        let mut with_maxima = L::Mask::splat(false);
         for ((line, pushing), peak) in
             y[self.states..].chunks_exact(ROWS_PER_LINE).zip(&self.pushing).zip(peaks)
         {
             let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
             let here = moved & *pushing;
-            crests = crests | peak.pass(here, [start, end], [slope_start, slope_end], from_s, self.part_s);
+            with_maxima =
+                with_maxima | peak.pass(here, [start, end], [slope_start, slope_end], from_s, self.part_s);
             if self.rough.any() {
-                crests = crests
+                with_maxima = with_maxima
                     | (here & self.rough & peak.is_near([start, end], [slope_start, slope_end], self.part_s));
             }
         }
-        crests
+        with_maxima
     }
 
     /// One part of the span of a lane, as seen by contact `i`; `None` if it does not push.

@@ -1,6 +1,6 @@
 //! A scenario: a machine, its controllers, and the settings of the run.
 
-use feeler_catalogue::{Field, Kind, Record, field, optional, required};
+use feeler_catalogue::{Field, KeyKind, Keyed, field, optional, required};
 use feeler_control::ControllerSpec;
 use feeler_plant::description::{Elements, Machine};
 use feeler_plant::effects::EffectUse;
@@ -38,20 +38,14 @@ pub struct ControllerUse {
 impl ControllerUse {
     /// The driven actuator.
     pub const DRIVES: Field<Self> = field!(ControllerUse: drives,
-        required("drives", Kind::Name("an actuator"), "the actuator whose command it gives"));
+        required("drives", KeyKind::Name("an actuator"), "the actuator whose command it gives"));
+    /// The sensor of the driven body's motion.
+    pub const MOTION: Field<Self> = field!(ControllerUse: motion,
+        optional("motion", KeyKind::Name("a sensor of position or velocity"),
+            "sensor for damping, impedance and the approach; if absent, the first that reads position or \
+             velocity of the driven body"));
 }
 
-impl Record for ControllerUse {
-    const FIELDS: &'static [Field<Self>] = &[
-        ControllerUse::DRIVES,
-        field!(
-            ControllerUse: motion,
-            optional(
-                "motion",
-                Kind::Name("a sensor of position or velocity"),
-                "sensor for damping, impedance and the approach; if absent, the first that reads \
-                 position or velocity of the driven body",
-            )
-        ),
-    ];
+impl Keyed for ControllerUse {
+    const FIELDS: &'static [Field<Self>] = &[ControllerUse::DRIVES, ControllerUse::MOTION];
 }

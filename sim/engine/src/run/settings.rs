@@ -1,7 +1,7 @@
 //! Step, integrator and record of a run: `[run]` of a file.
 
 use feeler_catalogue::{
-    Absent, Bound, Content, Dimension, Field, Key, Kind, Record, Role, Slot, Unit, Word, field, number,
+    Absent, Bound, Content, Dimension, Field, Key, KeyKind, KeyRole, Keyed, Slot, Unit, Word, field, number,
     optional, word,
 };
 use feeler_plant::description::SignalName;
@@ -85,11 +85,11 @@ impl RunSettings {
     pub const ENGINE: Field<Self> = Field {
         key: Key {
             name: "engine",
-            kind: Kind::Word(ENGINES),
+            kind: KeyKind::Word(ENGINES),
             absent: Absent::Word(OWN),
             text: "what moves the bodies",
         },
-        role: Role::Structure,
+        role: KeyRole::Structure,
         get: |run| (run.integrator == Integrator::External).then_some(Content::Word(RAPIER)),
         set: |run, content| {
             if *content == Content::Word(RAPIER) {
@@ -101,11 +101,11 @@ impl RunSettings {
     pub const ENERGY: Field<Self> = Field {
         key: Key {
             name: "energy",
-            kind: Kind::Flag,
+            kind: KeyKind::Flag,
             absent: Absent::Flag(false),
             text: "whether to keep the energy ledger",
         },
-        role: Role::Structure,
+        role: KeyRole::Structure,
         get: |run| run.energy.then_some(Content::Flag(true)),
         set: |run, content| run.energy = bool::of(content).unwrap_or(run.energy),
     };
@@ -120,12 +120,12 @@ impl RunSettings {
     pub const INTEGRATOR: Field<Self> = Field {
         key: Key {
             name: "integrator",
-            kind: Kind::Word(INTEGRATORS),
+            kind: KeyKind::Word(INTEGRATORS),
             absent: Absent::Word(Integrator::ALL[0].1),
             text: "how to step, unless another engine moves the bodies; if absent, rk4 steps more than 32 \
                    bodies if the step is short enough for the fastest motion",
         },
-        role: Role::Structure,
+        role: KeyRole::Structure,
         get: |run| (run.integrator != Integrator::External).then(|| Content::Word(run.integrator.name())),
         set: |run, content| {
             let named = Integrator::ALL.iter().find(|(_, name)| *content == Content::Word(name));
@@ -138,10 +138,10 @@ impl RunSettings {
     pub const RECORD: Field<Self> = Field {
         key: optional(
             "record",
-            Kind::Signals,
+            KeyKind::Signals,
             "signals to record; if absent: contact forces, motion of driven bodies, commands and readings",
         ),
-        role: Role::Structure,
+        role: KeyRole::Structure,
         get: |run| Some(Content::Texts(run.record.iter().map(ToString::to_string).collect())),
         set: |run, content| {
             if let Content::Texts(signals) = content {
@@ -151,18 +151,18 @@ impl RunSettings {
     };
     /// The rate of the record.
     pub const RECORD_RATE: Field<Self> = field!(RunSettings: record_rate_hz,
-        optional("record_rate", Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+        optional("record_rate", KeyKind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
             "rate of the record; if absent, one over the step"));
 }
 
-impl Record for RunSettings {
+impl Keyed for RunSettings {
     const FIELDS: &'static [Field<Self>] = &[
         RunSettings::DURATION,
         RunSettings::STEP,
         RunSettings::ENGINE,
         RunSettings::INTEGRATOR,
         field!(RunSettings: seed,
-            Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1),
+            Key { name: "seed", kind: KeyKind::Count(0, u64::MAX), absent: Absent::Count(1),
                 text: "seed of every random stream" }),
         RunSettings::RECORD,
         RunSettings::RECORD_RATE,

@@ -1,7 +1,7 @@
 //! Checks the sensors and drives of a controller against the machine: one rule for files and for programs.
 
 use feeler_catalogue::GainPart;
-use feeler_control::Law;
+use feeler_control::{ControllerSpec, Law, READS};
 use feeler_plant::description::{Actuator, ActuatorKind, Machine, Quantity};
 use feeler_plant::names::did_you_mean;
 use feeler_plant::problem::Problem;
@@ -54,7 +54,11 @@ impl ControllerUse {
         let mut problems = Vec::new();
         if !machine.actuators.contains_key(&self.drives) {
             let remedy = did_you_mean(&self.drives, machine.actuators.keys().map(String::as_str));
-            problems.push(Problem::new("drives", format!("there is no actuator `{}`", self.drives), remedy));
+            problems.push(Problem::new(
+                Self::DRIVES.key.name,
+                format!("there is no actuator `{}`", self.drives),
+                remedy,
+            ));
         }
         let (read, what): (&[_], _) = match self.spec.law {
             Law::Position(_) => (&[Quantity::Position], "a position"),
@@ -65,8 +69,8 @@ impl ControllerUse {
         let named = |name: &Option<String>, key, wanted: &[Quantity], what: &str| {
             name.as_ref().and_then(|name| sensor_problem(machine, name, key, wanted, what))
         };
-        problems.extend(named(&self.reads, "reads", read, what));
-        problems.extend(named(&self.motion, "motion", &MOTION, "a position or velocity"));
+        problems.extend(named(&self.reads, READS.name, read, what));
+        problems.extend(named(&self.motion, Self::MOTION.key.name, &MOTION, "a position or velocity"));
         if self.needs_motion()
             && machine.actuators.contains_key(&self.drives)
             && self.motion_sensor(machine).is_none()
@@ -78,7 +82,7 @@ impl ControllerUse {
             };
             let remedy =
                 "add `motion = \"...\"`, or a sensor that reads position or velocity of the driven body";
-            problems.push(Problem::new("motion", message, remedy));
+            problems.push(Problem::new(Self::MOTION.key.name, message, remedy));
         }
         let approached = machine.actuators.get(&self.drives).filter(|_| self.spec.approach.is_some());
         if approached.is_some_and(|actuator| !can_approach(actuator)) {
@@ -86,11 +90,15 @@ impl ControllerUse {
                 "an approach moves a drive by a force or a speed, and `{}` takes neither",
                 self.drives
             );
-            problems.push(Problem::new("approach", message, "leave it out, and let the reference approach"));
+            problems.push(Problem::new(
+                ControllerSpec::APPROACH.key.name,
+                message,
+                "leave it out, and let the reference approach",
+            ));
         }
         if let (Some(needs), None) = (self.needs_reading(), &self.reads) {
             let message = format!("{needs} needs {what} sensor");
-            problems.push(Problem::new("reads", message, "add `reads = \"...\"`"));
+            problems.push(Problem::new(READS.name, message, "add `reads = \"...\"`"));
         }
         problems
     }
@@ -124,7 +132,7 @@ fn sensor_problem(
 
 #[cfg(test)]
 mod tests {
-    use feeler_control::{Approach, ControllerSpec, ForceGains};
+    use feeler_control::{Approach, ForceGains};
     use feeler_plant::description::{Actuator, Body, GROUND, Sensor, SignalName};
 
     use super::*;

@@ -1,6 +1,6 @@
 //! Locates guard crossings within a piece whose states are evaluated one by one.
 
-use feeler_plant::motion::modes::{Course, Instant, first_crossing, trace};
+use feeler_plant::motion::modes::{GuardFunction, Instant, first_crossing, trace};
 use feeler_plant::motion::{Motion, Row, dot};
 
 use crate::solve::extrapolation::Extrapolation;
@@ -124,16 +124,16 @@ fn crossing(piece: &mut impl Piece, row: &[f64], h: f64) -> Option<f64> {
         slope: piece.slope(row, xi, h),
     });
     let trace = trace(row, &from, ends[0].slope);
-    first_crossing(&mut Looks { piece, row }, ends, trace, LOCATED_S)
+    first_crossing(&mut GuardOnPiece { piece, row }, ends, trace, LOCATED_S)
 }
 
 /// Evaluates a functional along a piece.
-struct Looks<'p, L> {
+struct GuardOnPiece<'p, L> {
     piece: &'p mut L,
     row: &'p [f64],
 }
 
-impl<L: Piece> Course for Looks<'_, L> {
+impl<L: Piece> GuardFunction for GuardOnPiece<'_, L> {
     fn at(&mut self, s: f64) -> Option<Instant> {
         let xi = self.piece.state(s)?;
         Some(Instant { s, value: dot(self.row, &xi), slope: self.piece.slope(self.row, &xi, s) })

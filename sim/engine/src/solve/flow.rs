@@ -139,7 +139,7 @@ impl Flow {
     }
 
     /// Number of equal parts of a span after each of which the guards must be evaluated.
-    pub(crate) fn looks(&mut self, span_s: f64) -> Result<u64, EngineError> {
+    pub(crate) fn evaluations(&mut self, span_s: f64) -> Result<u64, EngineError> {
         if span_s * self.rate <= CHECK_ANGLE {
             return Ok(1);
         }
@@ -147,7 +147,7 @@ impl Flow {
         if fastest > FASTEST {
             return Err(EngineError::TooFast {
                 frequency_hz: fastest / std::f64::consts::TAU,
-                looks_per_s: fastest / CHECK_ANGLE,
+                evaluations_per_s: fastest / CHECK_ANGLE,
             });
         }
         Ok((span_s * fastest / CHECK_ANGLE).ceil().max(1.0) as u64)

@@ -1,8 +1,8 @@
 //! Access of effects to their elements, and how they split bodies and add new ones.
 
 use super::{
-    Assembly, ContactPart, Course, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, ServoFeed,
-    Source, StopSide,
+    Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, PositionForce, SensorPart,
+    ServoFeed, Source, StopSide,
 };
 use crate::description::Quantity;
 use crate::effects::{Definition, EffectError, Host, HostKind};
@@ -114,7 +114,7 @@ impl Assembly {
         }
         let side = self.reached(vec![a], &[GROUND_NODE, b], |link| link.rigid);
         for weight in self.weights.iter_mut().filter(|weight| !weight.is_of_earth) {
-            if matches!(weight.course, Course::Pull(_)) && side.contains(&weight.on) {
+            if matches!(weight.course, PositionForce::Pull(_)) && side.contains(&weight.on) {
                 weight.on = b;
             }
         }

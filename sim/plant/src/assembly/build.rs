@@ -6,8 +6,8 @@ use std::collections::HashMap;
 
 use super::resolve::resolve;
 use super::{
-    Assembly, ContactPart, Course, ForceLaw, GROUND_NODE, Link, Node, NodeId, Pull, SensorPart, Source,
-    Weight,
+    Assembly, ContactPart, ForceLaw, GROUND_NODE, Link, Node, NodeId, PositionForce, Pull, SensorPart,
+    Source, Weight,
 };
 use crate::description::{Axis, Contact, ContactLaw, GROUND, Machine, Sensor, SignalName};
 use crate::effects::{Change, EffectUse, Host, Kind};
@@ -110,7 +110,7 @@ impl<'a> Build<'a> {
                 on: i + 1,
                 reacts_on: GROUND_NODE,
                 is_of_earth: true,
-                course: Course::Pull(Pull {
+                course: PositionForce::Pull(Pull {
                     amplitude: body.gravity_n,
                     period: std::f64::consts::TAU,
                     phase: body.gravity_phase_rad,

@@ -1,6 +1,6 @@
 //! Dry friction of a link.
 
-use super::Table;
+use super::TabulatedForce;
 
 /// Set-valued dry friction against the sliding speed `v = e'` of a link.
 ///
@@ -20,7 +20,7 @@ pub struct Friction {
     /// Growth of the level with the contact force.
     pub load_ratio: f64,
     /// A further level over the elongation of the link.
-    pub over: Option<Table>,
+    pub over: Option<TabulatedForce>,
 }
 
 impl Friction {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{NodeId, Table};
+use super::{NodeId, TabulatedForce};
 
 /// A force `amplitude * sin(2 pi x / pitch + phase)` of the drive's relative position `x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,19 +27,19 @@ pub struct Weight {
     /// Whether the earth pulls a body: its reaction stays on ground, whatever carries the machine.
     pub is_of_earth: bool,
     /// Force over the relative position.
-    pub course: Course,
+    pub course: PositionForce,
 }
 
 /// A force over position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Course {
+pub enum PositionForce {
     /// A weight on a lever.
     Pull(Pull),
     /// A force of a guide, by its values at some points.
-    Table(Table),
+    Table(TabulatedForce),
 }
 
-impl Course {
+impl PositionForce {
     /// The force at a position, N.
     pub fn force(&self, x: f64) -> f64 {
         match self {

@@ -17,9 +17,9 @@ pub use drive::{
     Drive, Motor, Servo, ServoFeed, ServoSampling, SpeedLine, TargetChain, VelocitySource, Warming,
 };
 pub use friction::Friction;
-pub use laws::{Bristle, Course, Pull, Ripple, Weight};
+pub use laws::{Bristle, PositionForce, Pull, Ripple, Weight};
 pub use resolve::resolve;
-pub use table::{POINTS, Table};
+pub use table::{POINTS, TabulatedForce};
 
 use std::sync::Arc;
 
@@ -82,7 +82,7 @@ pub struct Link {
     /// Increase of the damping with speed, N s²/m².
     pub drag: f64,
     /// A force on `b` over the speed of the elongation.
-    pub over_speed: Option<Table>,
+    pub over_speed: Option<TabulatedForce>,
     /// Hardening, N/m³.
     pub cubic: f64,
     /// Full width of the free play, m: within `|e| < width / 2` neither `k` nor `c` acts. Beyond it the two

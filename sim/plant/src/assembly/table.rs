@@ -11,7 +11,7 @@ const ROUNDING: f64 = 0.25;
 /// Each point turns the line by the change of slope there, as half the sum of the distance `u` from the point
 /// and `sqrt(u^2 + ROUNDING^2)`, in spacings. The course is therefore an analytic function.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Table {
+pub struct TabulatedForce {
     /// Position or speed of the first point, m or m/s.
     from: f64,
     /// Distance of the points.
@@ -20,7 +20,7 @@ pub struct Table {
     forces: [f64; POINTS],
 }
 
-impl Table {
+impl TabulatedForce {
     /// The table with its points evenly spaced from `from` to `to`, which lies above.
     pub fn between(from: f64, to: f64, forces: [f64; POINTS]) -> Self {
         Self { from, spacing: (to - from) / (POINTS - 1) as f64, forces }
@@ -93,7 +93,7 @@ mod tests {
     /// spacings away adds at most `ROUNDING^2 / (4 n)` of its change of slope.
     #[test]
     fn truth_the_course_passes_its_points_but_for_the_rounding() {
-        let table = Table::between(-0.2, 0.6, FORCES);
+        let table = TabulatedForce::between(-0.2, 0.6, FORCES);
         let turn = |i: usize| table.rise(i + 1) - table.rise(i);
         for (i, force) in FORCES.into_iter().enumerate() {
             let others = (0..POINTS).filter(|j| *j != i);
@@ -105,7 +105,7 @@ mod tests {
         for (x, force) in [(-10.0, 1.0), (10.0, 2.0)] {
             assert!((table.force(x) - force).abs() < 1e-3 && table.slope(x).abs() < 1e-4, "{x}");
         }
-        let same = Table::between(-0.2, 0.6, [3.0; POINTS]);
+        let same = TabulatedForce::between(-0.2, 0.6, [3.0; POINTS]);
         assert!([-1.0, 0.11, 2.0].iter().all(|x| same.force(*x).to_bits() == 3.0_f64.to_bits()));
     }
 
@@ -114,7 +114,7 @@ mod tests {
     /// times as large.
     #[test]
     fn truth_slope_and_force_are_derivatives() {
-        let table = Table::between(-0.2, 0.6, FORCES);
+        let table = TabulatedForce::between(-0.2, 0.6, FORCES);
         let h = 1e-6;
         for x in [-0.35, -0.2, -0.013, 0.1, 0.1007, 0.29, 0.58, 0.9] {
             let by = |of: &dyn Fn(f64) -> f64| (of(x + h) - of(x - h)) / (2.0 * h);

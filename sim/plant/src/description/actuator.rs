@@ -1,7 +1,7 @@
 //! Drives as described in a file.
 
 use feeler_catalogue::{
-    Absent, Bound, Dimension, Field, Form, Key, Kind, Record, Unit, field, form, optional, required,
+    Absent, Bound, Dimension, Field, Form, Key, KeyKind, Keyed, Unit, field, form, optional, required,
 };
 
 use super::motor::DC_MOTOR;
@@ -96,12 +96,12 @@ impl ActuatorKind {
     }
 }
 
-const BODY: Kind = Kind::Name("a body or `ground`");
+const BODY: KeyKind = KeyKind::Name("a body or `ground`");
 
 const FORCE: &[Field<Actuator>] = &[
     Actuator::RATE_LIMIT,
     field!(Actuator: Actuator { kind: ActuatorKind::Force { bandwidth_hz }, .. } => *bandwidth_hz,
-        optional("bandwidth", Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+        optional("bandwidth", KeyKind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
             "first-order bandwidth of the current loop")),
 ];
 
@@ -112,17 +112,17 @@ const VELOCITY_SOURCE: &[Field<Actuator>] = &[
                 => *damping_n_s_per_m,
         required(
             "damping",
-            Kind::Quantity(Unit::Of(Dimension::DAMPING), Bound::Positive),
+            KeyKind::Quantity(Unit::Of(Dimension::DAMPING), Bound::Positive),
             "b_a, force per velocity error",
         )
     ),
     field!(
         Actuator:
             Actuator { kind: ActuatorKind::VelocitySource { time_constant_s, .. }, .. } => *time_constant_s,
-        required("time_constant", Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Positive), "tau")
+        required("time_constant", KeyKind::Quantity(Unit::Of(Dimension::TIME), Bound::Positive), "tau")
     ),
     field!(Actuator: rate_limit_per_s,
-        optional("rate_limit", Kind::Quantity(Unit::Of(Dimension::ACCELERATION), Bound::Positive),
+        optional("rate_limit", KeyKind::Quantity(Unit::Of(Dimension::ACCELERATION), Bound::Positive),
             "largest rate of the commanded velocity")),
 ];
 
@@ -136,14 +136,14 @@ impl Actuator {
             text: "the body that carries the reaction" });
     /// The largest effort of the drive.
     pub const LIMIT: Field<Self> = field!(Actuator: limit_n,
-        optional("limit", Kind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive), "largest effort"));
+        optional("limit", KeyKind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive), "largest effort"));
     /// The largest rate of the drive's force.
     pub const RATE_LIMIT: Field<Self> = field!(Actuator: rate_limit_per_s,
-        optional("rate_limit", Kind::Quantity(Unit::Of(Dimension::FORCE_RATE), Bound::Positive),
+        optional("rate_limit", KeyKind::Quantity(Unit::Of(Dimension::FORCE_RATE), Bound::Positive),
             "largest rate of the force"));
 }
 
-impl Record for Actuator {
+impl Keyed for Actuator {
     const FIELDS: &'static [Field<Self>] = &[Actuator::ON, Actuator::REACTS_ON, Actuator::LIMIT];
     const FORMS: &'static [Form<Self>] = &[
         form!("force", "a current amplifier: the command is the force",

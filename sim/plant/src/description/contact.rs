@@ -1,7 +1,7 @@
 //! Contacts between tool and workpiece.
 
 use feeler_catalogue::{
-    Absent, Bound, Dimension, Field, Form, Key, Kind, Record, Role, Unit, field, form, number, optional,
+    Absent, Bound, Dimension, Field, Form, Key, KeyKind, KeyRole, Keyed, Unit, field, form, number, optional,
     required, words,
 };
 
@@ -93,7 +93,7 @@ words!(Engagement {
 
 const HUNT_CROSSLEY: &[Field<Contact>] = &[
     field!(Contact: Contact { law: ContactLaw::HuntCrossley { alpha_s_per_m, .. }, .. } => *alpha_s_per_m,
-        required("alpha", Kind::Quantity(Unit::Of(Dimension::INVERSE_VELOCITY), Bound::NotNegative),
+        required("alpha", KeyKind::Quantity(Unit::Of(Dimension::INVERSE_VELOCITY), Bound::NotNegative),
             "alpha")),
     Contact::EXPONENT,
 ];
@@ -106,20 +106,21 @@ fn unread(law: ContactLaw) -> Contact {
 impl Contact {
     /// Tip and workpiece.
     pub const BETWEEN: Field<Self> = field!(Contact: between,
-        required("between", Kind::Pair, "tip and workpiece, in this order; the workpiece may be `ground`"));
+        required("between", KeyKind::Pair,
+            "tip and workpiece, in this order; the workpiece may be `ground`"));
     /// The engagement of tip and workpiece.
     pub const ENGAGEMENT: Field<Self> = field!(Contact: engagement,
-        Key { name: "engagement", kind: Kind::Word(Engagement::WORDS),
+        Key { name: "engagement", kind: KeyKind::Word(Engagement::WORDS),
             absent: Absent::Word(Engagement::Unilateral.name()),
             text: "how tip and workpiece hold on to each other" });
     /// Its stiffness.
     pub const STIFFNESS: Field<Self> = field!(Contact: stiffness,
-        optional("stiffness", Kind::Quantity(Unit::PowerStiffness, Bound::Positive),
-            "k; may be left out of a `hertz` law between materials"), Role::Believed);
+        optional("stiffness", KeyKind::Quantity(Unit::PowerStiffness, Bound::Positive),
+            "k; may be left out of a `hertz` law between materials"), KeyRole::Believed);
     /// Its linear damping.
     pub const DAMPING: Field<Self> = field!(Contact: damping_n_s_per_m,
         number("damping", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "linear damping c"),
-        Role::Believed);
+        KeyRole::Believed);
     /// The exponent of its law, if a file states one.
     pub const EXPONENT: Field<Self> = field!(
         Contact: Contact { law: ContactLaw::HuntCrossley { exponent, .. }, .. } => *exponent,
@@ -127,10 +128,10 @@ impl Contact {
     /// Its gap at zero positions.
     pub const GAP: Field<Self> = field!(Contact: gap_m,
         number("gap", Unit::Of(Dimension::LENGTH), Bound::Any, 0.0,
-            "distance to close before they touch, where all positions are zero"), Role::Believed);
+            "distance to close before they touch, where all positions are zero"), KeyRole::Believed);
 }
 
-impl Record for Contact {
+impl Keyed for Contact {
     const FIELDS: &'static [Field<Self>] =
         &[Contact::BETWEEN, Contact::ENGAGEMENT, Contact::STIFFNESS, Contact::DAMPING, Contact::GAP];
     const FORMS: &'static [Form<Self>] = &[

@@ -26,7 +26,7 @@ pub use site::{Believed, Element, ElementKind, Site};
 use std::sync::Arc;
 
 use feeler_catalogue::{
-    Absent, Bound, Dimension, Field, Key, Kind, Record, Role, Unit, field, number, required, words,
+    Absent, Bound, Dimension, Field, Key, KeyKind, KeyRole, Keyed, Unit, field, number, required, words,
 };
 use indexmap::IndexMap;
 
@@ -117,10 +117,10 @@ const DAMPING: Unit = Unit::Of(Dimension::DAMPING);
 impl Body {
     /// The key of the mass.
     pub const MASS: Field<Self> = field!(Body: mass_kg,
-        required("mass", Kind::Quantity(MASS, Bound::Within(1e-15, 1e12)), "mass"), Role::Believed);
+        required("mass", KeyKind::Quantity(MASS, Bound::Within(1e-15, 1e12)), "mass"), KeyRole::Believed);
 }
 
-impl Record for Body {
+impl Keyed for Body {
     const FIELDS: &'static [Field<Self>] = &[
         Body::MASS,
         field!(Body: position_m, number("position", LENGTH, Bound::Any, 0.0, "initial position")),
@@ -128,7 +128,7 @@ impl Record for Body {
         field!(Body: gravity_n,
             number("gravity", FORCE, Bound::NotNegative, 0.0,
                 "largest torque of gravity, `-gravity sin(position + gravity_phase)`, on a rotational axis"),
-            Role::Believed),
+            KeyRole::Believed),
         field!(Body: gravity_phase_rad,
             number("gravity_phase", LENGTH, Bound::Any, 0.0,
                 "angle of the body from its hanging position, at zero position")),
@@ -142,20 +142,20 @@ impl Record for Body {
 impl Spring {
     /// The key of the stiffness.
     pub const STIFFNESS: Field<Self> = field!(Spring: stiffness_n_per_m,
-        number("stiffness", STIFFNESS, Bound::NotNegative, 0.0, "stiffness"), Role::Believed);
+        number("stiffness", STIFFNESS, Bound::NotNegative, 0.0, "stiffness"), KeyRole::Believed);
     /// The key of the damping.
     pub const DAMPING: Field<Self> = field!(Spring: damping_n_s_per_m,
-        number("damping", DAMPING, Bound::NotNegative, 0.0, "viscous damping"), Role::Believed);
+        number("damping", DAMPING, Bound::NotNegative, 0.0, "viscous damping"), KeyRole::Believed);
     /// Whether it is a joint.
     pub const RIGID: Field<Self> = field!(Spring: rigid,
-        Key { name: "rigid", kind: Kind::Flag, absent: Absent::Flag(false),
+        Key { name: "rigid", kind: KeyKind::Flag, absent: Absent::Flag(false),
             text: "the two bodies move as one, and each keeps its own signals" });
 }
 
-impl Record for Spring {
+impl Keyed for Spring {
     const FIELDS: &'static [Field<Self>] = &[
         field!(Spring: between,
-            required("between", Kind::Pair,
+            required("between", KeyKind::Pair,
                 "the two bodies; elongation is the position of the second minus that of the first")),
         Spring::STIFFNESS,
         Spring::DAMPING,

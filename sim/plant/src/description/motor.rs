@@ -1,7 +1,7 @@
 //! Motors of direct current.
 
 use feeler_catalogue::{
-    Absent, Bound, Dimension, Field, Key, Kind, Role, Unit, field, number, optional, required, words,
+    Absent, Bound, Dimension, Field, Key, KeyKind, KeyRole, Unit, field, number, optional, required, words,
 };
 
 use super::{Actuator, ActuatorKind};
@@ -85,47 +85,52 @@ impl MotorInput {
 /// A parameter of a motor.
 macro_rules! motor {
     ($member:ident, $key:expr) => {
-        motor!($member, $key, Role::Structure)
+        motor!($member, $key, KeyRole::Structure)
     };
     ($member:ident, $key:expr, $role:expr) => {
         field!(Actuator: Actuator { kind: ActuatorKind::DcMotor(motor), .. } => motor.$member, $key, $role)
     };
 }
 
-/// Keys of an actuator of this kind.
-pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
-    motor!(
+impl Actuator {
+    /// What the command of a motor sets.
+    pub const MOTOR_INPUT: Field<Self> = motor!(
         input,
         Key {
             name: "input",
-            kind: Kind::Word(MotorInput::WORDS),
+            kind: KeyKind::Word(MotorInput::WORDS),
             absent: Absent::Word(MotorInput::Voltage.name()),
             text: "the quantity that the command sets",
         }
-    ),
+    );
+}
+
+/// Keys of an actuator of this kind.
+pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
+    Actuator::MOTOR_INPUT,
     motor!(
         resistance_ohm,
         required(
             "resistance",
-            Kind::Quantity(Unit::Of(Dimension::RESISTANCE), Bound::Positive),
+            KeyKind::Quantity(Unit::Of(Dimension::RESISTANCE), Bound::Positive),
             "of the winding",
         ),
-        Role::Believed
+        KeyRole::Believed
     ),
     motor!(
         torque_constant,
         required(
             "torque_constant",
-            Kind::Quantity(Unit::Of(Dimension::FORCE_PER_CURRENT), Bound::Positive),
+            KeyKind::Quantity(Unit::Of(Dimension::FORCE_PER_CURRENT), Bound::Positive),
             "force per current on the motor's side of the gear",
         ),
-        Role::Believed
+        KeyRole::Believed
     ),
     motor!(
         back_emf_constant,
         optional(
             "back_emf_constant",
-            Kind::Quantity(Unit::Of(Dimension::FORCE_PER_CURRENT), Bound::Positive),
+            KeyKind::Quantity(Unit::Of(Dimension::FORCE_PER_CURRENT), Bound::Positive),
             "voltage per speed on the motor's side of the gear, in V s/m (V s/rad), which is the same unit; \
              by default the torque constant",
         )
@@ -145,7 +150,7 @@ pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
         supply_voltage_v,
         optional(
             "supply_voltage",
-            Kind::Quantity(Unit::Of(Dimension::VOLTAGE), Bound::Positive),
+            KeyKind::Quantity(Unit::Of(Dimension::VOLTAGE), Bound::Positive),
             "largest voltage at the winding; a duty cycle is a share of it",
         )
     ),
@@ -153,7 +158,7 @@ pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
         current_limit_a,
         optional(
             "current_limit",
-            Kind::Quantity(Unit::Of(Dimension::CURRENT), Bound::Positive),
+            KeyKind::Quantity(Unit::Of(Dimension::CURRENT), Bound::Positive),
             "largest current",
         )
     ),

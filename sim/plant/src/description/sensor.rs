@@ -1,8 +1,8 @@
 //! Sensors and their imperfections.
 
 use feeler_catalogue::{
-    Bound, CORNER, Content, DAMPING_RATIO, Dimension, Field, Kind, LONGEST_DELAY, Record, Role, Slot, Unit,
-    field, low_pass, number, optional, required,
+    Bound, CORNER, Content, DAMPING_RATIO, Dimension, Field, KeyKind, KeyRole, Keyed, LONGEST_DELAY, Slot,
+    Unit, field, low_pass, number, optional, required,
 };
 
 use super::{Quantity, SignalName};
@@ -64,21 +64,21 @@ pub enum LowPass {
 impl Sensor {
     /// The signal that it reads.
     pub const READS: Field<Self> = field!(Sensor: reads,
-        required("reads", Kind::Signal,
+        required("reads", KeyKind::Signal,
             "the signal, as in motor.position, tip.acceleration or tool.spring_force"));
     /// The body on which it is mounted.
     pub const RELATIVE_TO: Field<Self> = field!(Sensor: relative_to,
-        optional("relative_to", Kind::Name("a body or `ground`"),
+        optional("relative_to", KeyKind::Name("a body or `ground`"),
             "the body it rides on, for position and velocity; absolute if absent"));
     /// Its filter.
     pub const LOW_PASS: Field<Self> = field!(Sensor: low_pass,
         low_pass("analogue filter before sampling: a corner frequency, or a table"));
     /// Its scale factor.
     pub const GAIN: Field<Self> = field!(Sensor: gain,
-        number("gain", Unit::Of(Dimension::NONE), Bound::Any, 1.0, "scale"), Role::Believed);
+        number("gain", Unit::Of(Dimension::NONE), Bound::Any, 1.0, "scale"), KeyRole::Believed);
 }
 
-impl Record for Sensor {
+impl Keyed for Sensor {
     const FIELDS: &'static [Field<Self>] = &[
         Sensor::READS,
         Sensor::RELATIVE_TO,
@@ -87,7 +87,7 @@ impl Record for Sensor {
         Sensor::LOW_PASS,
         field!(Sensor: delay_s, number("delay", Unit::Of(Dimension::TIME), LONGEST_DELAY, 0.0, "pure delay")),
         field!(Sensor: resolution,
-            optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive), "quantisation step")),
+            optional("resolution", KeyKind::Quantity(Unit::Signal, Bound::Positive), "quantisation step")),
         field!(Sensor: noise,
             number("noise", Unit::Signal, Bound::NotNegative, 0.0,
                 "one sigma of white Gaussian noise per reading")),
@@ -109,11 +109,11 @@ impl Slot for SignalName {
 }
 
 /// A filter with a damping ratio is of second order.
-impl Record for LowPass {
+impl Keyed for LowPass {
     const FIELDS: &'static [Field<Self>] = &[
         Field {
             key: CORNER,
-            role: Role::Structure,
+            role: KeyRole::Structure,
             get: |(Self::FirstOrder { corner_hz } | Self::SecondOrder { corner_hz, .. })| corner_hz.content(),
             set: |(Self::FirstOrder { corner_hz } | Self::SecondOrder { corner_hz, .. }), content| {
                 *corner_hz = f64::of(content).unwrap_or(*corner_hz);
@@ -121,7 +121,7 @@ impl Record for LowPass {
         },
         Field {
             key: DAMPING_RATIO,
-            role: Role::Structure,
+            role: KeyRole::Structure,
             get: |filter| match filter {
                 Self::FirstOrder { .. } => None,
                 Self::SecondOrder { damping_ratio, .. } => Some(Content::Number(*damping_ratio)),

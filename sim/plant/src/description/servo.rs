@@ -1,7 +1,7 @@
 //! Position servos.
 
 use feeler_catalogue::{
-    Absent, Bound, Dimension, Field, Key, Kind, LONGEST_DELAY, Role, Unit, field, number, optional,
+    Absent, Bound, Dimension, Field, Key, KeyKind, KeyRole, LONGEST_DELAY, Unit, field, number, optional,
 };
 
 use super::{Actuator, ActuatorKind};
@@ -39,7 +39,7 @@ pub struct PositionServo {
 /// A parameter of a servo.
 macro_rules! servo {
     ($member:ident, $key:expr) => {
-        servo!($member, $key, Role::Structure)
+        servo!($member, $key, KeyRole::Structure)
     };
     ($member:ident, $key:expr, $role:expr) => {
         field!(
@@ -57,7 +57,7 @@ macro_rules! servo_gain {
             $gain,
             Key {
                 name: stringify!($gain),
-                kind: Kind::Quantity(Unit::Of($dimension), $bound),
+                kind: KeyKind::Quantity(Unit::Of($dimension), $bound),
                 absent: $absent,
                 text: $text,
             },
@@ -73,7 +73,7 @@ impl Actuator {
         Dimension::STIFFNESS,
         Bound::Positive,
         Absent::Required,
-        Role::Believed,
+        KeyRole::Believed,
         "force per position error"
     );
     /// The force of a servo per speed.
@@ -82,7 +82,7 @@ impl Actuator {
         Dimension::DAMPING,
         Bound::NotNegative,
         Absent::Number(0.0),
-        Role::Believed,
+        KeyRole::Believed,
         "force per speed, against it"
     );
 }
@@ -96,14 +96,14 @@ pub(super) const POSITION_SERVO: &[Field<Actuator>] = &[
         Dimension::STIFFNESS_RATE,
         Bound::NotNegative,
         Absent::Number(0.0),
-        Role::Structure,
+        KeyRole::Structure,
         "rate of the force per position error; driven back at the limit with the time constant kp / ki"
     ),
     servo!(
         velocity_limit_m_per_s,
         optional(
             "velocity_limit",
-            Kind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive),
+            KeyKind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive),
             "largest speed of the target within the loop",
         )
     ),
@@ -131,7 +131,7 @@ pub(super) const POSITION_SERVO: &[Field<Actuator>] = &[
         period_s,
         optional(
             "period",
-            Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Within(1e-9, 1e6)),
+            KeyKind::Quantity(Unit::Of(Dimension::TIME), Bound::Within(1e-9, 1e6)),
             "time between samples of the loop, whose output is held; without it the loop is continuous",
         )
     ),
@@ -149,7 +149,7 @@ pub(super) const POSITION_SERVO: &[Field<Actuator>] = &[
         resolution_m,
         optional(
             "resolution",
-            Kind::Quantity(Unit::Of(Dimension::LENGTH), Bound::Positive),
+            KeyKind::Quantity(Unit::Of(Dimension::LENGTH), Bound::Positive),
             "step of the position that the loop reads; needs a period",
         )
     ),
@@ -157,7 +157,7 @@ pub(super) const POSITION_SERVO: &[Field<Actuator>] = &[
         output_resolution_n,
         optional(
             "output_resolution",
-            Kind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive),
+            KeyKind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive),
             "step of the output; needs a period",
         )
     ),

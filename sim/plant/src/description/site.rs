@@ -1,6 +1,6 @@
 //! Elements of a machine, whatever their kind.
 
-use feeler_catalogue::{Dimension, Field, Key, Kind, Record, Role, Unit};
+use feeler_catalogue::{Dimension, Field, Key, KeyKind, KeyRole, Keyed, Unit};
 
 use super::{Actuator, Body, Contact, Elements, Machine, Sensor, Spring};
 use crate::effects::EffectUse;
@@ -64,8 +64,8 @@ impl Believed {
     /// Its dimension; N/m for the stiffness of a power law.
     pub fn dimension(&self) -> Dimension {
         match self.key.kind {
-            Kind::Quantity(Unit::Of(dimension), _) => dimension,
-            Kind::Quantity(Unit::PowerStiffness, _) => Dimension::STIFFNESS,
+            KeyKind::Quantity(Unit::Of(dimension), _) => dimension,
+            KeyKind::Quantity(Unit::PowerStiffness, _) => Dimension::STIFFNESS,
             _ => Dimension::NONE,
         }
     }
@@ -96,7 +96,7 @@ macro_rules! elements {
 
             fn believed(&self) -> Vec<Believed> {
                 let believed = |(index, field): (usize, &'static Field<Self>)| {
-                    let value = field.number(self).filter(|_| field.role == Role::Believed)?;
+                    let value = field.number(self).filter(|_| field.role == KeyRole::Believed)?;
                     Some(Believed { index, key: &field.key, value })
                 };
                 self.fields().enumerate().filter_map(believed).collect()

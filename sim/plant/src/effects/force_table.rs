@@ -1,7 +1,7 @@
 //! `force-table`: a force over position that no law describes, by its values at some points.
 
 use super::prelude::*;
-use crate::assembly::{Course, Table, Weight};
+use crate::assembly::{PositionForce, TabulatedForce, Weight};
 
 parameters! { ForceTable
     from: linear(Dimension::LENGTH, None, -0.01, (-1e6, 1e6), "position of the first point"),
@@ -80,7 +80,7 @@ models.
         axes: ["position", "force on the second body"],
         start: -1.0,
         with: &[Curve::Function(|x| {
-            Table::between(-0.8, 0.8, [0.0, 0.0, 0.15, 0.6, 0.75, 0.3, 0.0, -0.2, -0.2]).force(x)
+            TabulatedForce::between(-0.8, 0.8, [0.0, 0.0, 0.15, 0.6, 0.75, 0.3, 0.0, -0.2, -0.2]).force(x)
         })],
         without: &[],
         labels: &[(-0.95, -0.25, "from"), (0.75, 0.12, "to"), (0.1, 0.8, "force_5")],
@@ -94,7 +94,7 @@ impl ChangesPlant for ForceTable {
         let link = machine.link_mut(host, &DEFINITION)?;
         let (name, on, reacts_on) = (link.name.clone(), link.b, link.a);
         if let Some(table) = table(&self)? {
-            let course = Course::Table(table);
+            let course = PositionForce::Table(table);
             machine.weights.push(Weight { name, on, reacts_on, is_of_earth: false, course });
         }
         Ok(())
@@ -105,7 +105,7 @@ impl ChangesPlant for ForceTable {
 ///
 /// # Errors
 /// [`EffectError::Value`] if the last point does not lie above the first.
-pub(super) fn table(effect: &impl Parameters) -> Result<Option<Table>, EffectError> {
+pub(super) fn table(effect: &impl Parameters) -> Result<Option<TabulatedForce>, EffectError> {
     let values = effect.values();
     if values[1] <= values[0] {
         return Err(EffectError::Value {
@@ -115,7 +115,7 @@ pub(super) fn table(effect: &impl Parameters) -> Result<Option<Table>, EffectErr
             remedy: "raise it above `from`, or exchange both and reverse the order of the forces",
         });
     }
-    let table = Table::of(&values);
+    let table = TabulatedForce::of(&values);
     Ok((!table.is_null()).then_some(table))
 }
 

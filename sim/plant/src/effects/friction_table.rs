@@ -2,7 +2,7 @@
 
 use super::force_table::table;
 use super::prelude::*;
-use crate::assembly::Table;
+use crate::assembly::TabulatedForce;
 
 parameters! { FrictionTable
     from: linear(Dimension::LENGTH, None, -0.01, (-1e6, 1e6), "position of the first point"),
@@ -90,7 +90,7 @@ Robotics and Automation 14 (1998).
 };
 
 fn level(x: f64) -> f64 {
-    Table::between(-0.8, 0.8, [0.1, 0.1, 0.25, 0.7, 0.5, 0.2, 0.1, 0.1, 0.1]).force(x)
+    TabulatedForce::between(-0.8, 0.8, [0.1, 0.1, 0.25, 0.7, 0.5, 0.2, 0.1, 0.1, 0.1]).force(x)
 }
 
 impl ChangesPlant for FrictionTable {

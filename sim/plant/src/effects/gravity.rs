@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::prelude::*;
-use crate::assembly::{Course, Pull, Weight};
+use crate::assembly::{PositionForce, Pull, Weight};
 
 parameters! { Gravity
     amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest torque of gravity"),
@@ -81,7 +81,7 @@ impl ChangesPlant for Gravity {
         let link = machine.link_mut(host, &DEFINITION)?;
         let (name, on, reacts_on) = (link.name.clone(), link.b, link.a);
         if amplitude > 0.0 {
-            let course = Course::Pull(Pull { amplitude, period, phase });
+            let course = PositionForce::Pull(Pull { amplitude, period, phase });
             machine.weights.push(Weight { name, on, reacts_on, is_of_earth: false, course });
         }
         Ok(())

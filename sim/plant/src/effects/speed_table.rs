@@ -2,7 +2,7 @@
 
 use super::force_table::table;
 use super::prelude::*;
-use crate::assembly::Table;
+use crate::assembly::TabulatedForce;
 
 parameters! { SpeedTable
     from: linear(Dimension::VELOCITY, None, -0.1, (-1e6, 1e6), "speed of the first point"),
@@ -81,7 +81,7 @@ models.
         axes: ["sliding speed", "force on the second body"],
         start: -1.0,
         with: &[Curve::Function(|v| {
-            Table::between(-0.8, 0.8, [0.45, 0.55, 0.4, 0.15, 0.0, -0.2, -0.5, -0.6, -0.4]).force(v)
+            TabulatedForce::between(-0.8, 0.8, [0.45, 0.55, 0.4, 0.15, 0.0, -0.2, -0.5, -0.6, -0.4]).force(v)
         })],
         without: &[],
         labels: &[(-0.95, 0.2, "from"), (0.8, -0.15, "to"), (-0.65, 0.7, "force_2")],

@@ -132,7 +132,7 @@ fn rest_kg(total_kg: f64, tip_mass: f64) -> Result<f64, EffectError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assembly::{Course, POINTS, Pull, Table, Weight};
+    use crate::assembly::{POINTS, PositionForce, Pull, TabulatedForce, Weight};
     use crate::effects::fixture::{self, GUIDE, MOTOR, TRANSMISSION};
 
     const PARAMETERS: [f64; 3] = [3e5, 40.0, 4.0];
@@ -167,8 +167,8 @@ mod tests {
     fn truth_an_arm_hangs_behind_a_joint_that_gives_way() {
         let arm = |host: Host, flexible: bool| {
             let mut machine = if flexible { fixture::flexible() } else { fixture::rigid() };
-            let pull = Course::Pull(Pull { amplitude: 3.0, period: 1.0, phase: 0.0 });
-            let table = Course::Table(Table::between(0.0, 1.0, [1.0; POINTS]));
+            let pull = PositionForce::Pull(Pull { amplitude: 3.0, period: 1.0, phase: 0.0 });
+            let table = PositionForce::Table(TabulatedForce::between(0.0, 1.0, [1.0; POINTS]));
             let name = || String::from("guide");
             let weight =
                 |is_of_earth, course| Weight { name: name(), on: 1, reacts_on: 0, is_of_earth, course };

@@ -1,7 +1,7 @@
 //! Laws without a matrix exponential.
 
 use super::coordinates::Coordinates;
-use crate::assembly::{Assembly, Bristle, Course, ForceLaw, StopSide, Table};
+use crate::assembly::{Assembly, Bristle, ForceLaw, PositionForce, StopSide, TabulatedForce};
 use crate::description::Engagement;
 
 /// A law `w = f(a, b)` of one or two linear functionals of the state.
@@ -44,9 +44,9 @@ pub enum NonlinearLaw {
     /// `|F|` of a clamped contact that loads a guide.
     Load { contact: usize },
     /// A force of a link over the speed of its elongation.
-    OverSpeed { link: usize, table: Table },
+    OverSpeed { link: usize, table: TabulatedForce },
     /// A level of dry friction over the elongation of a link.
-    Level { link: usize, table: Table },
+    Level { link: usize, table: TabulatedForce },
     /// `drag v^2` of a link.
     Drag {
         link: usize,
@@ -56,7 +56,7 @@ pub enum NonlinearLaw {
     /// The rate at which the bristles of a link that moves forward straighten; see [`Bristle`].
     Slip { link: usize, bristle: Bristle },
     /// A force over position.
-    Weight { weight: usize, course: Course },
+    Weight { weight: usize, course: PositionForce },
     /// `amplitude sin(2 pi x / pitch + phase)` of a drive.
     Ripple {
         drive: usize,
@@ -287,7 +287,7 @@ mod tests {
     fn prop_gradients_are_differences_of_values() {
         let law = ForceLaw { stiffness: 3e4, exponent: 1.5, damping: 7.0, alpha: 0.4, cubic: 2e3 };
         let bristle = Bristle { stiffness: 40.0, damping: 2.0, coulomb: 1.0, excess: 0.5, velocity: 0.2 };
-        let table = Table::between(-0.4, 0.4, std::array::from_fn::<_, POINTS, _>(|i| i as f64));
+        let table = TabulatedForce::between(-0.4, 0.4, std::array::from_fn::<_, POINTS, _>(|i| i as f64));
         let laws = [
             NonlinearLaw::Contact { contact: 0, law, unilateral: true },
             NonlinearLaw::Contact { contact: 0, law, unilateral: false },
@@ -299,9 +299,9 @@ mod tests {
             NonlinearLaw::Slip { link: 0, bristle },
             NonlinearLaw::Weight {
                 weight: 0,
-                course: Course::Pull(Pull { amplitude: 2.0, period: 1.3, phase: 0.4 }),
+                course: PositionForce::Pull(Pull { amplitude: 2.0, period: 1.3, phase: 0.4 }),
             },
-            NonlinearLaw::Weight { weight: 0, course: Course::Table(table) },
+            NonlinearLaw::Weight { weight: 0, course: PositionForce::Table(table) },
             NonlinearLaw::OverSpeed { link: 0, table },
             NonlinearLaw::Level { link: 0, table },
             NonlinearLaw::Stribeck { link: 0, excess: 4.0, velocity: 0.2 },

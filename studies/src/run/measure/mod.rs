@@ -9,6 +9,6 @@ pub(crate) mod saturation;
 pub(crate) mod settling;
 pub(crate) mod standing;
 pub(crate) mod strobe;
-pub(crate) mod swings;
 pub(crate) mod trend;
+pub(crate) mod turns;
 pub(crate) mod winding;

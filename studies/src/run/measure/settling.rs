@@ -48,7 +48,7 @@ impl Ending {
 
 /// The response of a contact force to its reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Response {
+pub struct ForceResponse {
     /// The final reference, N; `None` if it moves all the time.
     pub final_reference_n: Option<f64>,
     /// Start of the settling time: the last change of the reference, or the first touch if that is later, s.
@@ -96,7 +96,7 @@ pub(in crate::run) struct Answer<'a> {
 }
 
 impl Answer<'_> {
-    pub(in crate::run) fn response(&self) -> Response {
+    pub(in crate::run) fn response(&self) -> ForceResponse {
         let changed = last_change_s(self.t_s, self.reference_n);
         let rests = Ending::of(self.t_s, self.reference_n) != Ending::Moves;
         let reference = self.reference_n.last().copied().filter(|_| rests);
@@ -105,7 +105,7 @@ impl Answer<'_> {
         let band_n = share_n.max(self.unresolved_n);
         let steady_error_n = reference.and_then(|r| self.steady_error_n(r));
         let end_n = reference.zip(steady_error_n).map(|(reference, error)| reference + error);
-        Response {
+        ForceResponse {
             final_reference_n: reference,
             starts_at_s,
             band_n,

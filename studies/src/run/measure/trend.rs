@@ -11,7 +11,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::run::measure::swings::turns;
+use crate::run::measure::turns::turns;
 
 /// Smallest number of cycles of a window: the effect of its ends is then below 0.2 % of the amplitude.
 const CYCLES: usize = 3;
@@ -45,7 +45,9 @@ impl Trend {
 
     /// The trend of values driven by noise; with few cycles the error is unbounded.
     pub(in crate::run) fn in_noise(values: &[f64]) -> Option<Self> {
-        Self::by(values, &|logs| if logs.len() < WINDOWS_IN_NOISE { f64::INFINITY } else { wandering(logs) })
+        Self::by(values, &|logs| {
+            if logs.len() < WINDOWS_IN_NOISE { f64::INFINITY } else { random_walk_error(logs) }
+        })
     }
 
     /// The trend with at least the error that `least_error` computes from the logarithms.
@@ -112,7 +114,7 @@ fn amplitude(values: &[f64], weights: &[f64]) -> f64 {
 }
 
 /// The standard error of the change over all values, if each follows from the previous one by a random rise.
-fn wandering(values: &[f64]) -> f64 {
+fn random_walk_error(values: &[f64]) -> f64 {
     let rises: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let n = rises.len() as f64;
     let mean = rises.iter().sum::<f64>() / n;
@@ -140,7 +142,7 @@ mod tests {
     /// windows' cycles.
     const RATE: f64 = 0.005;
 
-    fn swing(rate: f64, hz: f64) -> Vec<f64> {
+    fn oscillation(rate: f64, hz: f64) -> Vec<f64> {
         (0..2000)
             .map(|i| f64::from(i) * 5e-4)
             .map(|t| 20.0 + (rate * t).exp() * (TAU * hz * t).sin())
@@ -150,7 +152,7 @@ mod tests {
     #[test]
     fn truth_the_rate_of_an_exponential_is_found() {
         for (rate, hz) in [(0.03, 60.0), (-0.03, 60.0), (1.5, 137.3), (-0.4, 24.7)] {
-            let trend = Trend::of(&swing(rate, hz)).unwrap();
+            let trend = Trend::of(&oscillation(rate, hz)).unwrap();
             assert!((trend.change - rate).abs() < RATE, "{rate}: {trend:?}");
             assert_eq!((trend.rises_on(), trend.falls()), (rate > 0.0, rate < 0.0), "{trend:?}");
         }
@@ -160,7 +162,7 @@ mod tests {
     #[test]
     fn truth_a_steady_oscillation_has_no_trend_however_rows_fall_on_it() {
         for hz in [24.7, 60.0, 137.3, 400.3] {
-            let trend = Trend::of(&swing(0.0, hz)).unwrap();
+            let trend = Trend::of(&oscillation(0.0, hz)).unwrap();
             assert!(!trend.rises() && !trend.falls(), "{hz}: {trend:?}");
         }
     }
@@ -173,6 +175,6 @@ mod tests {
             .collect();
         let trend = Trend::of(&bounded).unwrap();
         assert!(trend.rises() && !trend.rises_on(), "{trend:?}");
-        assert_eq!(Trend::of(&swing(0.5, 3.0)), None);
+        assert_eq!(Trend::of(&oscillation(0.5, 3.0)), None);
     }
 }

@@ -44,7 +44,7 @@ impl<'a> Command<'a> {
 
     /// Whether the command winds up over the rows from `first` onwards, while `force_n` stays within a band
     /// of half-width `band_n`.
-    pub(in crate::run) fn winds(&self, force_n: &[f64], first: usize, band_n: f64) -> bool {
+    pub(in crate::run) fn winds_up(&self, force_n: &[f64], first: usize, band_n: f64) -> bool {
         let moves = |of: &dyn Fn(usize) -> f64| {
             let rows = self.values.len() - first;
             let mean = |piece: usize| {
@@ -68,21 +68,21 @@ mod tests {
 
     const ROWS: usize = 3000;
 
-    fn winds(command: impl Fn(f64) -> f64, bound: f64) -> bool {
+    fn winds_up(command: impl Fn(f64) -> f64, bound: f64) -> bool {
         let values: Vec<f64> = (0..ROWS).map(|i| command(i as f64 / ROWS as f64)).collect();
-        Command { values: &values, gain: 1.0, bound }.winds(&vec![20.0; values.len()], 0, 0.4)
+        Command { values: &values, gain: 1.0, bound }.winds_up(&vec![20.0; values.len()], 0, 0.4)
     }
 
     #[test]
     fn truth_only_what_moves_on_within_its_bounds_winds() {
-        assert!(winds(|t| 20.0 + t, f64::INFINITY));
-        assert!(winds(|t| 20.0 - t, f64::INFINITY));
-        assert!(!winds(|t| 20.0 + t, 19.0), "beyond the drive's limit");
-        assert!(!winds(|t| 20.0 + (-5.0 * t).exp(), f64::INFINITY), "comes to rest");
-        assert!(!winds(|t| 20.0 + 0.05 * t, f64::INFINITY), "less than the band resolves");
+        assert!(winds_up(|t| 20.0 + t, f64::INFINITY));
+        assert!(winds_up(|t| 20.0 - t, f64::INFINITY));
+        assert!(!winds_up(|t| 20.0 + t, 19.0), "beyond the drive's limit");
+        assert!(!winds_up(|t| 20.0 + (-5.0 * t).exp(), f64::INFINITY), "comes to rest");
+        assert!(!winds_up(|t| 20.0 + 0.05 * t, f64::INFINITY), "less than the band resolves");
         let follows: Vec<f64> = (0..ROWS).map(|i| 20.0 + 0.3 * i as f64 / ROWS as f64).collect();
         assert!(
-            !Command { values: &follows, gain: 1.0, bound: f64::INFINITY }.winds(&follows, 0, 0.4),
+            !Command { values: &follows, gain: 1.0, bound: f64::INFINITY }.winds_up(&follows, 0, 0.4),
             "the force follows"
         );
     }

@@ -50,7 +50,7 @@ pub(in crate::run) struct Evidence<'a> {
     /// The commands of the drives that hold the force.
     pub(in crate::run) commands: &'a [Command<'a>],
     /// Whether something can stick while an integrator winds up a command.
-    pub(in crate::run) can_wind: bool,
+    pub(in crate::run) can_wind_up: bool,
     /// Amplitude that counts as rest, N; `None` without a reference force: 2 % of the mean force then
     /// applies.
     pub(in crate::run) band_n: Option<f64>,

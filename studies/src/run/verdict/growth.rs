@@ -83,7 +83,7 @@ impl Evidence<'_> {
 
     /// Whether nearly steady bouncing dies out: its decay is as fast at the end as before. A decay towards a
     /// limit cycle would slow down.
-    pub(super) fn dies_out(&self, trend: Option<Trend>, [a1, a2, a3]: [f64; 3]) -> bool {
+    pub(super) fn decays(&self, trend: Option<Trend>, [a1, a2, a3]: [f64; 3]) -> bool {
         match trend {
             Some(trend) => trend.falls_on() && trend.change < -FADES,
             None => !self.is_longest && a1 > (1.0 + FADES) * a3 && a2 - a3 > 0.5 * (a1 - a2),
@@ -134,7 +134,7 @@ mod tests {
 
     /// An oscillation of 60 Hz in contact whose two quadratures lose or gain `rate_per_s`, driven by white
     /// noise to an amplitude of about `sigma_n`.
-    fn swing(rate_per_s: f64, sigma_n: f64, seed: u64) -> Vec<f64> {
+    fn oscillation(rate_per_s: f64, sigma_n: f64, seed: u64) -> Vec<f64> {
         let stream = Stream::new(seed, "swing");
         let dt = 1e-4;
         let (keeps, kick) = ((rate_per_s * dt).exp(), sigma_n * (2.0 * rate_per_s.abs() * dt).sqrt());
@@ -148,9 +148,9 @@ mod tests {
         values
     }
 
-    fn of_swing(rate_per_s: f64, seed: u64) -> Outcome {
+    fn of_noisy_oscillation(rate_per_s: f64, seed: u64) -> Outcome {
         let t_s = times();
-        let force_n = swing(rate_per_s, 0.1, seed);
+        let force_n = oscillation(rate_per_s, 0.1, seed);
         let longest = Evidence { t_s: &t_s, force_n: &force_n, is_longest: true, noise_n: 0.1, ..still() };
         longest.verdict().outcome
     }
@@ -161,7 +161,7 @@ mod tests {
     fn truth_what_noise_makes_of_a_stable_loop_does_not_grow() {
         for rate_per_s in [-0.3, -1.0, -3.0, -10.0, -100.0] {
             for seed in 0..40 {
-                let outcome = of_swing(rate_per_s, seed);
+                let outcome = of_noisy_oscillation(rate_per_s, seed);
                 assert!(
                     matches!(outcome, Outcome::Settled | Outcome::Oscillates | Outcome::Undecided),
                     "{rate_per_s}, {seed}: {outcome:?}"
@@ -174,7 +174,8 @@ mod tests {
     #[test]
     fn truth_what_grows_out_of_the_noise_is_unstable() {
         for rate_per_s in [5.0, 8.0, 20.0] {
-            let unstable = (0..20).filter(|seed| of_swing(rate_per_s, *seed) == Outcome::Unstable).count();
+            let unstable =
+                (0..20).filter(|seed| of_noisy_oscillation(rate_per_s, *seed) == Outcome::Unstable).count();
             assert_eq!(unstable, 20, "{rate_per_s}");
         }
     }

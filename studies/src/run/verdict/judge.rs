@@ -31,7 +31,7 @@ impl Evidence<'_> {
         let motion = Motion::of(self, &tail);
         (self.bouncing(&tail, &motion))
             .or_else(|| self.within_band(&tail, &motion))
-            .unwrap_or_else(|| self.swinging(&tail, &motion))
+            .unwrap_or_else(|| self.of_oscillation(&tail, &motion))
     }
 
     /// The verdict on a run that stopped, or in which nothing can touch.
@@ -70,7 +70,7 @@ impl Evidence<'_> {
     /// Growth by `rate_per_s`. Loss of contact bounds most growth eventually; in contact alone only a limit
     /// does.
     fn grows(&self, tail: &Tail, rate_per_s: f64) -> RunVerdict {
-        let lasts = self.is_longest || (self.lifts_s.is_empty() && self.swings(tail.first));
+        let lasts = self.is_longest || (self.lifts_s.is_empty() && self.oscillates(tail.first));
         RunVerdict {
             growth_per_s: Some(rate_per_s).filter(|rate| rate.is_finite()),
             ..if lasts { tail.is(Outcome::Unstable) } else { tail.is_undecided(Undecided::StillGrowing) }
@@ -85,7 +85,7 @@ impl Evidence<'_> {
             return Some(self.grows(tail, tail.growth_per_s()));
         }
         if motion.lifts.0 >= LEAST_LIFTS.0 && motion.lifts.1 >= LEAST_LIFTS.1 {
-            let fades = self.impacts_weaken() || self.dies_out(motion.trend, tail.amplitudes_n);
+            let fades = self.impacts_weaken() || self.decays(motion.trend, tail.amplitudes_n);
             return Some(if a3 >= LASTS * a1 && !fades {
                 tail.is(Outcome::Chatter)
             } else {
@@ -115,8 +115,8 @@ impl Evidence<'_> {
         if a3 <= band_n && motion.lifts.1 == 0 && self.lost_at_s.is_none() {
             let last_part_s = tail.last_part_s();
             let last_row = self.t_s.partition_point(|&t| t < last_part_s);
-            if self.winds(last_row, band_n) {
-                let why = if self.can_wind { Undecided::StillWinding } else { Undecided::TooShort };
+            if self.winds_up(last_row, band_n) {
+                let why = if self.can_wind_up { Undecided::StillWinding } else { Undecided::TooShort };
                 return Some(tail.is_undecided(why));
             }
             let never_left = self.lifts_s.is_empty();
@@ -126,7 +126,7 @@ impl Evidence<'_> {
     }
 
     /// The verdict on a motion in contact beyond the settling band.
-    pub(super) fn swinging(&self, tail: &Tail, motion: &Motion) -> RunVerdict {
+    pub(super) fn of_oscillation(&self, tail: &Tail, motion: &Motion) -> RunVerdict {
         let [a1, a2, a3] = tail.amplitudes_n;
         let (trend, is_noisy) = (motion.trend, motion.is_noisy);
         let saturates = saturation::share(&self.saturated[tail.first..]) > SATURATES;
@@ -152,7 +152,7 @@ impl Evidence<'_> {
                 ..tail.is_undecided(Undecided::StillGrowing)
             };
         }
-        if !self.swings(tail.first) {
+        if !self.oscillates(tail.first) {
             return tail.is_undecided(Undecided::TooShort);
         }
         if saturates {
@@ -209,7 +209,7 @@ pub(super) mod tests {
             sticks_s: &[],
             plays_s: &[],
             commands: &[],
-            can_wind: false,
+            can_wind_up: false,
             band_n: Some(0.4),
             noise_n: 0.0,
         }
@@ -272,20 +272,20 @@ pub(super) mod tests {
     /// 3 % from part to part of 0.3 s: within the fluctuation of a steady oscillation with few cycles.
     #[test]
     fn regress_slow_growth_and_decay_of_many_cycles_are_no_sustained_oscillation() {
-        let swing = |rate: f64| move |t: f64| 20.0 + 5.0 * (rate * t).exp() * (TAU * 60.0 * t).cos();
-        let falls = verdict_of(swing(-0.1), |_| {});
+        let oscillation = |rate: f64| move |t: f64| 20.0 + 5.0 * (rate * t).exp() * (TAU * 60.0 * t).cos();
+        let falls = verdict_of(oscillation(-0.1), |_| {});
         assert_eq!(falls.undecided, Some(Undecided::StillDecaying));
-        let rises = verdict_of(swing(0.1), |_| {});
+        let rises = verdict_of(oscillation(0.1), |_| {});
         assert_eq!(rises.undecided, Some(Undecided::StillGrowing));
         // The windows' ends leave up to 0.2 % of an amplitude, over 0.9 s.
         assert!((rises.growth_per_s.unwrap() - 0.1).abs() < 0.005, "{rises:?}");
-        assert_eq!(verdict_of(swing(0.1), |e| e.is_longest = true).outcome, Outcome::Unstable);
-        assert_eq!(verdict_of(swing(0.1), |e| e.is_last = true).outcome, Outcome::Unstable);
-        let bounced = verdict_of(swing(0.1), |e| (e.is_last, e.lifts_s) = (true, &[0.21]));
+        assert_eq!(verdict_of(oscillation(0.1), |e| e.is_longest = true).outcome, Outcome::Unstable);
+        assert_eq!(verdict_of(oscillation(0.1), |e| e.is_last = true).outcome, Outcome::Unstable);
+        let bounced = verdict_of(oscillation(0.1), |e| (e.is_last, e.lifts_s) = (true, &[0.21]));
         assert_eq!(bounced.outcome, Outcome::Undecided);
-        let limited = verdict_of(swing(0.1), |e| (e.is_longest, e.saturated) = (true, &[true; ROWS]));
+        let limited = verdict_of(oscillation(0.1), |e| (e.is_longest, e.saturated) = (true, &[true; ROWS]));
         assert_eq!(limited.undecided, Some(Undecided::StillGrowing), "a limit may yet bound it");
-        assert_eq!(verdict_of(swing(0.0), |_| {}).outcome, Outcome::Oscillates);
+        assert_eq!(verdict_of(oscillation(0.0), |_| {}).outcome, Outcome::Oscillates);
     }
 
     #[test]
@@ -311,15 +311,15 @@ pub(super) mod tests {
 
     #[test]
     fn truth_sustained_oscillation_is_named_after_what_is_in_play() {
-        let swings = |t: f64| 20.0 + 5.0 * (TAU * 12.0 * t).sin();
+        let oscillates = |t: f64| 20.0 + 5.0 * (TAU * 12.0 * t).sin();
         let sticks: Vec<f64> = (0..20).map(|i| 0.1 * f64::from(i)).collect();
         // Eleven cycles in the tail do not show slow growth or decay; more cycles do, or the end of all
         // extension.
-        assert_eq!(verdict_of(swings, |_| {}).undecided, Some(Undecided::TooShort));
-        assert_eq!(verdict_of(swings, |e| e.is_longest = true).outcome, Outcome::Oscillates);
+        assert_eq!(verdict_of(oscillates, |_| {}).undecided, Some(Undecided::TooShort));
+        assert_eq!(verdict_of(oscillates, |e| e.is_longest = true).outcome, Outcome::Oscillates);
         assert_eq!(verdict_of(|t| 20.0 + 5.0 * (TAU * 24.0 * t).sin(), |_| {}).outcome, Outcome::Oscillates);
         let t_s = times();
-        let force_n: Vec<f64> = t_s.iter().map(|&t| swings(t)).collect();
+        let force_n: Vec<f64> = t_s.iter().map(|&t| oscillates(t)).collect();
         let base =
             Evidence { t_s: &t_s, force_n: &force_n, saturated: &[true; ROWS], sticks_s: &sticks, ..still() };
         assert_eq!(base.verdict().outcome, Outcome::LimitCycle);
@@ -335,8 +335,8 @@ pub(super) mod tests {
     #[test]
     fn truth_a_force_under_a_moving_surface_follows_it_unless_it_grows() {
         for hz in [2.0, 20.0] {
-            let swings = |t: f64| 20.0 + 5.0 * (TAU * hz * t).sin();
-            assert_eq!(verdict_of(swings, |e| e.surface_moves = true).outcome, Outcome::FollowsSurface);
+            let oscillates = |t: f64| 20.0 + 5.0 * (TAU * hz * t).sin();
+            assert_eq!(verdict_of(oscillates, |e| e.surface_moves = true).outcome, Outcome::FollowsSurface);
         }
         let grows = |t: f64| 20.0 + 0.5 * (3.0 * t).exp() * (TAU * 60.0 * t).cos();
         assert_eq!(verdict_of(grows, |e| e.surface_moves = true).outcome, Outcome::Unstable);

@@ -29,7 +29,7 @@ impl Evidence<'_> {
         let motion = Motion::of(self, tail);
         (self.bouncing(tail, &motion))
             .or_else(|| self.within_band(tail, &motion))
-            .unwrap_or_else(|| self.swinging(tail, &motion))
+            .unwrap_or_else(|| self.of_oscillation(tail, &motion))
     }
 
     /// Rate at which the controlled motion departs, if it is far from its reference.
@@ -48,14 +48,14 @@ impl Evidence<'_> {
     }
 
     /// Whether a command moves on from `first` onwards while its motion rests within a band.
-    pub(super) fn winds(&self, first: usize, band_n: f64) -> bool {
+    pub(super) fn winds_up(&self, first: usize, band_n: f64) -> bool {
         if !self.is_rendered {
-            return self.commands.iter().any(|command| command.winds(self.force_n, first, band_n));
+            return self.commands.iter().any(|command| command.winds_up(self.force_n, first, band_n));
         }
         // A motion is not a force: the tolerance of a command that holds it in place is a share of its own
         // size.
         let still = vec![0.0; self.t_s.len()];
-        self.commands.iter().any(|command| command.winds(&still, first, command.band_n(first)))
+        self.commands.iter().any(|command| command.winds_up(&still, first, command.band_n(first)))
     }
 
     /// The verdict without contact on a command that grows, or oscillates between limits. `otherwise` is the
@@ -82,7 +82,7 @@ impl Evidence<'_> {
             let grows = unstable(trend.change / (tail_s[1] - tail_s[0]));
             return if self.is_longest && !saturates { grows } else { open(grows, Undecided::StillGrowing) };
         }
-        if saturates && a3 >= LASTS * a1 && self.swings(first) {
+        if saturates && a3 >= LASTS * a1 && self.oscillates(first) {
             RunVerdict { outcome: Outcome::LimitCycle, ..otherwise }
         } else {
             otherwise
@@ -114,12 +114,12 @@ mod tests {
         // The amplitude grows with the square of time, as under a drive at its limit, and not exponentially.
         let winds_up = |t: f64| 20.0 * t * t * (TAU * 20.0 * t).cos();
         assert_eq!(of_motion(winds_up, |e| e.saturated = &[true; ROWS]), Outcome::Unstable);
-        let swings = |t: f64| 1.0 + 0.1 * (TAU * 20.0 * t).cos();
-        assert_eq!(of_motion(swings, |_| {}), Outcome::Oscillates);
-        assert_eq!(of_motion(swings, |e| e.plays_s = &[1.2, 1.25, 1.3]), Outcome::LimitCycle);
-        assert_eq!(of_motion(swings, |e| e.sticks_s = &[1.2, 1.25, 1.3]), Outcome::Hunting);
-        assert_eq!(of_motion(swings, |e| e.saturated = &[true; ROWS]), Outcome::LimitCycle);
-        assert_eq!(of_motion(swings, |e| e.driven = true), Outcome::Driven);
+        let oscillates = |t: f64| 1.0 + 0.1 * (TAU * 20.0 * t).cos();
+        assert_eq!(of_motion(oscillates, |_| {}), Outcome::Oscillates);
+        assert_eq!(of_motion(oscillates, |e| e.plays_s = &[1.2, 1.25, 1.3]), Outcome::LimitCycle);
+        assert_eq!(of_motion(oscillates, |e| e.sticks_s = &[1.2, 1.25, 1.3]), Outcome::Hunting);
+        assert_eq!(of_motion(oscillates, |e| e.saturated = &[true; ROWS]), Outcome::LimitCycle);
+        assert_eq!(of_motion(oscillates, |e| e.driven = true), Outcome::Driven);
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! The last part of a run, which decides its outcome.
 
 use crate::run::measure::settling::SETTLING_BAND;
-use crate::run::measure::swings::turns;
 use crate::run::measure::trend::Trend;
+use crate::run::measure::turns::turns;
 use crate::run::verdict::evidence::Evidence;
 use crate::run::verdict::outcome::{Outcome, RunVerdict, Undecided};
 
@@ -96,7 +96,7 @@ impl Motion {
 impl Evidence<'_> {
     /// Whether the tail, from row `first` on, has enough cycles to separate an oscillation from a slow
     /// motion.
-    pub(super) fn swings(&self, first: usize) -> bool {
+    pub(super) fn oscillates(&self, first: usize) -> bool {
         let force_n = &self.force_n[first..self.t_s.len()];
         let parts: [usize; 3] =
             std::array::from_fn(|i| turns(&force_n[i * force_n.len() / 3..(i + 1) * force_n.len() / 3]));

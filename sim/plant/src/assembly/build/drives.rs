@@ -36,12 +36,16 @@ impl Build<'_> {
         if actuator.reacts_on != GROUND {
             let message =
                 format!("an imposed motion is one against ground, not against `{}`", actuator.reacts_on);
-            self.problems.push(Problem::new(key("reacts_on"), message, "leave `reacts_on` out"));
+            self.problems.push(Problem::new(
+                key(Actuator::REACTS_ON.key.name),
+                message,
+                "leave `reacts_on` out",
+            ));
         }
         if actuator.limit_n.is_some() {
             let message = "an imposed motion takes whatever force it needs";
             self.problems.push(Problem::new(
-                key("limit"),
+                key(Actuator::LIMIT.key.name),
                 message,
                 "leave `limit` out, or use a `position-servo`",
             ));
@@ -64,11 +68,11 @@ impl Build<'_> {
         if servo.is_none() || other.is_some() {
             let many = if servo.is_none() { "no" } else { "more than one" };
             let message = format!("there is {many} position servo on `{on}` that reacts on `{reacts_on}`");
-            problem("on", message, "name the two bodies of one `position-servo`");
+            problem(Actuator::ON.key.name, message, "name the two bodies of one `position-servo`");
         }
         if actuator.limit_n.is_some() {
             let message = "an input of a servo has no effort of its own".to_owned();
-            problem("limit", message, "give the servo the `limit`");
+            problem(Actuator::LIMIT.key.name, message, "give the servo the `limit`");
         }
         Some(ServoFeed { servo: servo?, is_velocity: actuator.kind == ActuatorKind::TargetVelocity })
     }

@@ -21,7 +21,7 @@ pub struct Instant {
 }
 
 /// A guard along the motion of one mode, which the integrator can evaluate.
-pub trait Course {
+pub trait GuardFunction {
     /// The guard `s` after the start of the span; `None` if the motion is not finite.
     fn at(&mut self, s: f64) -> Option<Instant>;
 
@@ -41,7 +41,7 @@ pub fn trace(row: &[f64], xi: &[f64], slope: f64) -> f64 {
 /// at both ends; in between it has at most one minimum. A value within `trace` of zero is the trace of an
 /// event.
 pub fn first_crossing(
-    course: &mut impl Course,
+    course: &mut impl GuardFunction,
     [start, end]: [Instant; 2],
     trace: f64,
     close_s: f64,
@@ -76,7 +76,13 @@ pub fn may_dip(start: &Instant, end: &Instant) -> bool {
 }
 
 /// An instant between two positive values at which the guard is negative, if its single minimum is negative.
-fn dip(course: &mut impl Course, left: Instant, right: Instant, span: f64, close_s: f64) -> Option<Instant> {
+fn dip(
+    course: &mut impl GuardFunction,
+    left: Instant,
+    right: Instant,
+    span: f64,
+    close_s: f64,
+) -> Option<Instant> {
     let (mut a, mut b) = (left, right);
     while b.s - a.s > close_s.max(f64::EPSILON * span) {
         if !may_dip(&a, &b) {
@@ -92,7 +98,7 @@ fn dip(course: &mut impl Course, left: Instant, right: Instant, span: f64, close
 }
 
 /// The zero between a positive value and one that is not positive: regula falsi (Illinois).
-fn locate(course: &mut impl Course, left: Instant, right: Instant, close_s: f64) -> Option<f64> {
+fn locate(course: &mut impl GuardFunction, left: Instant, right: Instant, close_s: f64) -> Option<f64> {
     let (mut a, mut fa, mut b, mut fb) = (left.s, left.value, right.s, right.value);
     while b - a > close_s.max(4.0 * f64::EPSILON * b) {
         let secant = (a * fb - b * fa) / (fb - fa);
@@ -122,7 +128,7 @@ mod tests {
     /// `a + b s + c s^2` as a guard.
     struct Quadratic([f64; 3]);
 
-    impl Course for Quadratic {
+    impl GuardFunction for Quadratic {
         fn at(&mut self, s: f64) -> Option<Instant> {
             let [a, b, c] = self.0;
             Some(Instant { s, value: a + s * (b + s * c), slope: b + 2.0 * c * s })

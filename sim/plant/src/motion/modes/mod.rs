@@ -20,7 +20,7 @@ mod switch;
 pub use begin::Beginning;
 pub(super) use change::joined;
 pub use change::{ModeTable, Switched};
-pub use crossing::{AT_ZERO, AT_ZERO_S, Course, Instant, first_crossing, may_dip, trace};
+pub use crossing::{AT_ZERO, AT_ZERO_S, GuardFunction, Instant, first_crossing, may_dip, trace};
 pub use guard::{Guard, GuardValue};
 pub use rules::Signed;
 pub use state::{ContactState, DirectionState, FrictionState, LimitState, Mode, RampState, SwitchState};

@@ -3,6 +3,7 @@
 use feeler_engine::Scenario;
 use feeler_plant::description::{Engagement, SignalName};
 use feeler_problem::Problem;
+use feeler_studies::Doubts;
 use feeler_studies::run::{ContactSummary, Oscillation, Outcome, Summary};
 
 use crate::numbers::{count, plain, with_unit};
@@ -10,9 +11,6 @@ use crate::units::Units;
 
 /// Rates below this are given as a period.
 const SLOW_HZ: f64 = 1.0;
-/// Endings of keys whose doubtful values do not prevent contact, such as a soft wall or a slow sample.
-const NEAR: [&str; 8] =
-    [".stiffness", ".period", ".delay", ".limit", ".output_limit", ".until", ".noise", ".resolution"];
 
 /// One or two sentences on the outcome of a run.
 pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
@@ -129,7 +127,7 @@ pub(crate) fn account<'d>(
     scenario: &Scenario,
     summary: &Summary,
     units: Units,
-    doubts: &'d [Problem],
+    doubts: &'d Doubts,
 ) -> Account<'d> {
     let (reason, doubt) = reason(scenario, summary, doubts).unzip();
     let sentences = match reason {
@@ -146,7 +144,7 @@ pub(crate) fn account<'d>(
 fn reason<'d>(
     scenario: &Scenario,
     summary: &Summary,
-    doubts: &'d [Problem],
+    doubts: &'d Doubts,
 ) -> Option<(String, Option<&'d Problem>)> {
     let undecided = summary.outcome == Outcome::Undecided;
     if !(summary.outcome == Outcome::NoContact || undecided) || summary.contacts.is_empty() {
@@ -159,8 +157,8 @@ fn reason<'d>(
     if is_free && summary.controlled.is_none() {
         return Some(("Every contact of the file is set free.".to_owned(), None));
     }
-    let keeps_away = |doubt: &&Problem| !NEAR.iter().any(|key| doubt.key.ends_with(key));
-    if let Some(doubt) = doubts.iter().find(|doubt| undecided || keeps_away(doubt)) {
+    let doubt = if undecided { doubts.all.first() } else { doubts.preventing_contact() };
+    if let Some(doubt) = doubt {
         let reason = format!("Probable reason: {}. Remedy: {}.", doubt.message, doubt.remedy);
         return Some((reason, Some(doubt)));
     }

@@ -18,7 +18,7 @@ mod threads;
 mod unwritable;
 mod whole_file;
 
-pub use doubts::doubts;
+pub use doubts::{Doubts, doubts};
 pub use refusal::Refusal;
 pub use threads::ALL_PROCESSORS;
 pub use unwritable::unwritable;

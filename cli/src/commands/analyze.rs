@@ -19,7 +19,7 @@ use crate::{pages, terminal};
 
 pub(crate) fn run(arguments: &Analyze) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
-    terminal::warn(&doubts(&document.scenario));
+    terminal::warn(&doubts(&document.scenario).all);
     let (contact, note) = operating_point::contact_view(arguments, &document.scenario)?;
     let notes: Vec<String> = note.into_iter().collect();
     for note in &notes {

@@ -120,7 +120,7 @@ fn check(path: &Path) -> Result<Sound, Mistakes> {
         count(document.scenario.controllers.len(), "controller", "controllers"),
     ];
     let about = format!("scenario `{}` with {}", machine.name, parts.join(", "));
-    Ok(Sound { about, warnings: Vec::new(), doubts: doubts(&document.scenario) })
+    Ok(Sound { about, warnings: Vec::new(), doubts: doubts(&document.scenario).all })
 }
 
 /// Checks the series of a dataset. Faults that the diagnosis repairs by an assumption are warnings; other

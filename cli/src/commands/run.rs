@@ -5,9 +5,8 @@ use std::time::Duration;
 
 use feeler_engine::{EngineError, Integrator};
 use feeler_files::{Document, Draft, EXACT_PAYS_UP_TO_BODIES, longest_step_s};
-use feeler_problem::Problem;
-use feeler_studies::doubts;
 use feeler_studies::run::{self, Outcome, RunError, RunResult, Summary, write_csv, write_parquet};
+use feeler_studies::{Doubts, doubts};
 
 use super::run_arm;
 use super::run_folder::{folder, settings};
@@ -60,7 +59,7 @@ fn once(arguments: &Run) -> crate::Result<()> {
         other => other.into(),
     })?;
     let doubts = doubts(&document.scenario);
-    terminal::warn(&doubts);
+    terminal::warn(&doubts.all);
     let written = write(arguments, &document, &result, &doubts, &folder)?;
     if arguments.json {
         return terminal::print(&terminal::json(&result.summary)?);
@@ -137,7 +136,7 @@ fn write(
     arguments: &Run,
     document: &Document,
     result: &RunResult,
-    doubts: &[Problem],
+    doubts: &Doubts,
     folder: &Path,
 ) -> crate::Result<Vec<PathBuf>> {
     let [trace, csv, summary, report] =

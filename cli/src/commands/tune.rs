@@ -22,7 +22,7 @@ use crate::units::Units;
 pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
     let spec = Spec::parse(&arguments.spec)?;
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
-    terminal::warn(&doubts(&document.scenario));
+    terminal::warn(&doubts(&document.scenario).all);
     let found = arguments.diagnosis.as_deref().map(|path| Found::read(path, &document)).transpose()?;
     // The tuned machine has the calibrated values and the effects found. The written file keeps its own
     // machine.

@@ -24,7 +24,7 @@ const ABOUT_NOW: &str =
 
 pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
-    terminal::warn(&doubts(&document.scenario));
+    terminal::warn(&doubts(&document.scenario).all);
     let progress = Mutex::new(Progress::new(document.scenario.machine.name.clone()));
     let expected = (Counterfactual::ALL.len() + 1) as f64;
     let found = explain(&document.scenario, &|runs| {

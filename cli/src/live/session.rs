@@ -9,9 +9,9 @@ use feeler_engine::Scenario;
 use feeler_files::{Document, Draft, Edit, FormatError, Located, Setting};
 use feeler_plant::description::Machine;
 use feeler_problem::Problem;
-use feeler_studies::doubts;
 use feeler_studies::glimpse::{Glimpse, Loci, beginning, outcomes, theory};
 use feeler_studies::run::{Outcome, RunResult, run_once};
+use feeler_studies::{Doubts, doubts};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde_json::{Value, json};
@@ -147,7 +147,7 @@ impl Session {
         };
         let is_undecided = |run: &RunResult| run.summary.outcome == Outcome::Undecided;
         let may_be_wrong = cut_from_s.is_none() && run.iter().flatten().any(is_undecided);
-        let doubts = if may_be_wrong { doubts(&document.scenario) } else { Vec::new() };
+        let doubts = if may_be_wrong { doubts(&document.scenario) } else { Doubts::default() };
         Shown { document: &document, run, theory, cut_from_s, doubts, has_all }.to_json()
     }
 

@@ -7,7 +7,7 @@ use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::Replay;
 use feeler_files::Document;
 use feeler_plant::description::Machine;
-use feeler_problem::Problem;
+use feeler_studies::Doubts;
 use feeler_studies::run::{Outcome, RunError, RunResult};
 use serde_json::{Map, Value, json};
 
@@ -97,7 +97,7 @@ pub(crate) struct Shown<'a> {
     /// The duration of the whole run, s, if only its beginning was simulated.
     pub(crate) cut_from_s: Option<f64>,
     /// Doubts about the file; empty unless the run is undecided.
-    pub(crate) doubts: Vec<Problem>,
+    pub(crate) doubts: Doubts,
     /// Whether all figures are included.
     pub(crate) has_all: bool,
 }

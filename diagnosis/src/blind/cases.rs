@@ -329,7 +329,10 @@ mod tests {
         for (kind, _, apply) in LIBRARY {
             let definition = feeler_plant::effects::find(kind).unwrap();
             for (name, _) in apply(&mut ideal(), &mut Random::new(1)) {
-                assert!(definition.parameter_index(name).is_some(), "{kind}.{name}");
+                assert!(
+                    definition.parameters.iter().any(|parameter| parameter.name == name),
+                    "{kind}.{name}"
+                );
             }
         }
     }

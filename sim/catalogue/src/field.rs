@@ -205,7 +205,7 @@ pub const fn chained<const N: usize>(first: &[Variant], second: &[Variant]) -> [
 }
 
 /// A [`Field`]: `field!(Struct: member, key)`, `field!(Struct: member[0], key)`, `field!(Enum:
-/// Enum::Form(inner) => inner.member, key)`, each with an optional [`Role`] after the key.
+/// Enum::Form(inner) => inner.member, key)`, each with an optional [`KeyRole`] after the key.
 #[macro_export]
 macro_rules! field {
     ($owner:ty: $member:ident $([$index:literal])?, $key:expr) => {

@@ -197,7 +197,7 @@ impl ControllerSpec {
 }
 
 impl NotchSpec {
-    /// Where it is deepest.
+    /// Frequency at which it is deepest.
     pub const FREQUENCY: Field<Self> = field!(NotchSpec: frequency_hz,
         required("frequency", KeyKind::Quantity(FREQUENCY, Bound::Positive), "where it is deepest"));
 }

@@ -13,21 +13,27 @@ const SOFT_M: f64 = 0.02;
 /// Gaps from this size on are no approach to a workpiece, m.
 const FAR_M: f64 = 0.5;
 
-/// A contact that only pushes and has a pull as its reference, or sinks in by centimetres under it.
-pub(super) fn of_reference(asked: &Asked<'_>) -> Option<Problem> {
-    let Asked { scenario, touched, contact, range_n: [least_n, most_n], unit, .. } = *asked;
-    if contact.engagement != Engagement::Unilateral {
-        return None;
-    }
-    if least_n < 0.0 && most_n <= 0.0 {
-        return Some(Problem::new(
+/// A contact that only pushes and has a pull as its reference.
+pub(super) fn pull(asked: &Asked<'_>) -> Option<Problem> {
+    let Asked { touched, contact, range_n: [least_n, most_n], unit, .. } = *asked;
+    let pulls = contact.engagement == Engagement::Unilateral && least_n < 0.0 && most_n <= 0.0;
+    pulls.then(|| {
+        Problem::new(
             format!("controllers.{}.reference", asked.found.name),
             format!(
                 "the reference asks `{touched}` for a pull of {}, but a contact only pushes",
                 with_unit(-least_n, unit)
             ),
             "reverse the sign of the reference",
-        ));
+        )
+    })
+}
+
+/// A contact that only pushes and sinks in by centimetres under its reference.
+pub(super) fn soft(asked: &Asked<'_>) -> Option<Problem> {
+    let Asked { scenario, touched, contact, range_n: [_, most_n], unit, .. } = *asked;
+    if contact.engagement != Engagement::Unilateral {
+        return None;
     }
     let sinks = most_n / contact.stiffness;
     let is_soft = sinks > SOFT_M && is_plain(contact) && scenario.machine.axis == Axis::Translational;

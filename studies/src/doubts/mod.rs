@@ -13,19 +13,46 @@ use feeler_problem::Problem;
 use crate::operating_point::contact_view;
 use asked::Asked;
 
-/// Implausible values: keys with the doubt, and the probable intention. Linear theory contributes if it
-/// applies.
-pub fn doubts(scenario: &Scenario) -> Vec<Problem> {
-    let mut found = gains::without_gains(scenario);
-    found.extend(gains::shared_drives(scenario));
-    if let Some(asked) = Asked::find(scenario) {
-        found.extend(contact::of_reference(&asked));
-        found.extend(asked.doubts());
+/// Implausible values of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Doubts {
+    /// All of them: keys with the doubt, and the probable intention.
+    pub all: Vec<Problem>,
+    /// Index of the first one that can prevent contact. A soft wall or a slow sample cannot.
+    preventing: Option<usize>,
+}
+
+impl Doubts {
+    /// The first one that can prevent contact.
+    pub fn preventing_contact(&self) -> Option<&Problem> {
+        self.all.get(self.preventing?)
     }
-    found.extend(contact::gaps(scenario));
+
+    fn add(&mut self, found: impl IntoIterator<Item = Problem>) {
+        self.all.extend(found);
+    }
+
+    fn add_preventing(&mut self, found: impl IntoIterator<Item = Problem>) {
+        let first = self.all.len();
+        self.add(found);
+        self.preventing = self.preventing.or((self.all.len() > first).then_some(first));
+    }
+}
+
+/// Implausible values. Linear theory contributes if it applies.
+pub fn doubts(scenario: &Scenario) -> Doubts {
+    let mut found = Doubts::default();
+    found.add_preventing(gains::without_gains(scenario));
+    found.add_preventing(gains::shared_drives(scenario));
+    if let Some(asked) = Asked::find(scenario) {
+        found.add_preventing(contact::pull(&asked));
+        found.add(contact::soft(&asked));
+        found.add(asked.doubts());
+    }
+    found.add_preventing(contact::gaps(scenario));
     if let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) {
-        found.extend(timing::slow_loops(scenario, &whole));
-        found.extend(gains::off_in_contact(scenario, &whole));
+        found.add(timing::slow_loops(scenario, &whole));
+        found.add_preventing(gains::off_in_contact(scenario, &whole));
     }
     found
 }
@@ -62,7 +89,7 @@ reference = 20.0
 
     fn keys(text: &str) -> Vec<String> {
         let document = Document::parse(text, "axis.toml").unwrap();
-        doubts(&document.scenario).into_iter().map(|doubt| doubt.key).collect()
+        doubts(&document.scenario).all.into_iter().map(|doubt| doubt.key).collect()
     }
 
     /// 20.5 Hz in contact.
@@ -130,8 +157,25 @@ reference = 20.0
         assert_eq!(gap("0.001"), Vec::<String>::new());
         // 1 mm of 100 kN/m.
         let inside = Document::parse(&AXIS.replace("damping = 120.0", "damping = 120.0\ngap = -0.001"), "it");
-        let found = doubts(&inside.unwrap().scenario);
+        let found = doubts(&inside.unwrap().scenario).all;
         assert!(found[0].message.ends_with("a push of 100 N"), "{found:?}");
+    }
+
+    #[test]
+    fn truth_only_what_can_prevent_contact_explains_its_absence() {
+        let preventing = |text: &str| {
+            let found = doubts(&Document::parse(text, "axis.toml").unwrap().scenario);
+            found.preventing_contact().map(|doubt| doubt.key.clone())
+        };
+        let soft = AXIS.replace("stiffness = 100000.0", "stiffness = 200.0");
+        assert_eq!(keys(&soft), ["contacts.tool.stiffness"]);
+        assert_eq!(preventing(&soft), None);
+        let far = soft.replace("damping = 120.0", "damping = 120.0\ngap = 5.0");
+        assert_eq!(preventing(&far), Some("contacts.tool.gap".to_owned()));
+        assert_eq!(
+            preventing(&AXIS.replace("reference = 20.0", "reference = -20.0")),
+            Some("controllers.f.reference".to_owned())
+        );
     }
 
     /// 20 N sink 100 mm into 200 N/m, and 10 mm into 2 kN/m.

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use feeler_files::Document;
 use feeler_problem::Problem;
+use feeler_studies::Doubts;
 use feeler_studies::run::{EnergyItem, EnergyTable, EventRecord, Outcome, RunResult, Summary};
 
 use charts::View;
@@ -20,12 +21,7 @@ const MOST_EVENTS: usize = 400;
 /// Overshoot, as a share of the reference, above which the tile is marked as bad.
 const MUCH_OVERSHOOT: f64 = 0.5;
 
-pub(crate) fn page(
-    document: &Document,
-    settings: &[String],
-    result: &RunResult,
-    doubts: &[Problem],
-) -> String {
+pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult, doubts: &Doubts) -> String {
     let summary = &result.summary;
     let machine = &document.scenario.machine;
     let mut about = machine.about.clone();
@@ -37,7 +33,7 @@ pub(crate) fn page(
     let words::Account { sentences, doubt } = words::account(&document.scenario, summary, units, doubts);
     page.lead(&sentences[0]);
     sentences[1..].iter().for_each(|sentence| page.paragraph(sentence));
-    for Problem { key, message, remedy } in doubts.iter().filter(|other| Some(*other) != doubt) {
+    for Problem { key, message, remedy } in doubts.all.iter().filter(|other| Some(*other) != doubt) {
         page.paragraph(&format!("Doubtful in the file: {key}: {message}; {remedy}."));
     }
     page.tiles(&tiles(summary, units, strongest_hz(result)));

@@ -152,7 +152,11 @@ mod tests {
             let mut built = ideal(&draw_conditions(&mut Random::new(1)), &mut Random::new(2));
             let definition = feeler_plant::effects::find(recipe.kind).unwrap();
             for (name, _) in (recipe.apply)(&mut built, &mut Random::new(3)) {
-                assert!(definition.parameter_index(name).is_some(), "{}.{name}", recipe.kind);
+                assert!(
+                    definition.parameters.iter().any(|parameter| parameter.name == name),
+                    "{}.{name}",
+                    recipe.kind
+                );
             }
         }
     }

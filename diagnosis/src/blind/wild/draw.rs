@@ -173,7 +173,11 @@ mod tests {
                 continue;
             };
             for (name, _) in drawn {
-                assert!(definition.parameter_index(name).is_some(), "{}.{name}", recipe.kind);
+                assert!(
+                    definition.parameters.iter().any(|parameter| parameter.name == name),
+                    "{}.{name}",
+                    recipe.kind
+                );
             }
         }
     }

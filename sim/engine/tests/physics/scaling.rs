@@ -41,7 +41,8 @@ impl Units {
     }
 
     fn scale_effect(self, used: &mut EffectUse) {
-        let exponent = used.definition.parameter_index("exponent").map(|i| used.values[i]);
+        let exponent =
+            used.definition.parameters.iter().position(|p| p.name == "exponent").map(|i| used.values[i]);
         for (value, parameter) in used.values.iter_mut().zip(used.definition.parameters) {
             *value *= match exponent {
                 Some(n) if parameter.dimension.any_length => self.power_stiffness(n),

@@ -16,10 +16,6 @@ pub struct SineFit {
     pub amplitude: C64,
     /// Offset at the middle of the record.
     pub offset: f64,
-    /// Drift, unit per second.
-    pub drift_per_s: f64,
-    /// Root mean square of the residual: noise and harmonics.
-    pub residual_rms: f64,
     /// Variance of the complex amplitude, with the residual as white noise.
     pub variance: f64,
 }
@@ -62,8 +58,6 @@ pub fn fit_sine(record: &[f64], period_s: f64, frequency_hz: f64) -> Result<Sine
     Ok(SineFit {
         amplitude: C64::new(solution[0], solution[1]),
         offset: solution[2],
-        drift_per_s: solution[3] / (n as f64 * period_s),
-        residual_rms: (left / n as f64).sqrt(),
         variance: noise * (r_inverse.row(0).norm_squared() + r_inverse.row(1).norm_squared()),
     })
 }

@@ -93,7 +93,7 @@ macro_rules! motor {
 }
 
 impl Actuator {
-    /// What the command of a motor sets.
+    /// Quantity that the command of a motor sets.
     pub const MOTOR_INPUT: Field<Self> = motor!(
         input,
         Key {

@@ -334,11 +334,6 @@ impl Definition {
         }
     }
 
-    /// Position of a parameter.
-    pub fn parameter_index(&self, name: &str) -> Option<usize> {
-        self.parameters.iter().position(|parameter| parameter.name == name)
-    }
-
     /// Its place on an element of this kind: an effect of the transmission that sits under a contact belongs
     /// to the contact.
     pub fn place_under(&self, host: HostKind) -> Place {

@@ -387,8 +387,8 @@ impl<'a> Finished<'a> {
             && self.holding().any(winds)
     }
 
-    /// Instants in the tail at which a guide on bristles begins to rest or breaks loose, s. The tail follows a
-    /// last change at `starts_at_s`.
+    /// Instants in the tail at which a guide on bristles begins to rest or breaks loose, s. The last change
+    /// before the tail is at `starts_at_s`.
     fn bristles_s(&self, starts_at_s: Option<f64>) -> Vec<f64> {
         let tail_s = 0.5 * (starts_at_s.unwrap_or(0.0) + self.end_s);
         let bristled = self.assembly.links.iter().filter_map(|link| {

@@ -34,8 +34,9 @@ pub struct Measured {
     /// if the tool no longer leaves the wall.
     pub impact_peaks_n: Vec<f64>,
     /// The contact force once per cycle over the tail, N, one sample of the fastest controller after each
-    /// touch-down. If the tool stays in contact, it is the maximum of each cycle, as that of a controlled motion without contact. One value if every cycle
-    /// repeats the last, two after a period doubling. None of a motion that grows, or whose end is not known.
+    /// touch-down. If the tool stays in contact, it is the maximum of each cycle. So is that of a controlled
+    /// motion without contact. One value if every cycle repeats the last, two after a period doubling. None
+    /// of a motion that grows, or whose end is not known.
     pub strobe_n: Vec<f64>,
 }
 

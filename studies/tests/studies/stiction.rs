@@ -5,8 +5,8 @@
 use feeler_files::{Document, Draft};
 use feeler_studies::run::{Candidate, Outcome, Summary};
 
-/// A mass under a PID position loop: example of C. Canudas de Wit, H. Olsson, K. J. Åström and P. Lischinsky,
-/// IEEE Transactions on Automatic Control 40 (1995), section IV, which hunts.
+/// A mass under a PID position loop that hunts. Source: C. Canudas de Wit, H. Olsson, K. J. Åström and
+/// P. Lischinsky, IEEE Transactions on Automatic Control 40 (1995).
 fn positioned(friction: &str) -> Summary {
     let text = format!(
         r#"

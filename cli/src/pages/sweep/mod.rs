@@ -49,8 +49,9 @@ const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
 const PEAKS: &str = "The largest force of each of the last contacts. One point: all are alike. Two: the \
                      period has doubled. Many: no two are alike. No point: the tool stays in contact.";
 const STROBE: &str = "The force one sample of the controller after each touch-down, which grows with the \
-                      speed of impact. If the tool stays in contact, or a motion is judged: the largest value \
-                      of each cycle. One point: every cycle is like the last. Two: the period has doubled.";
+                      speed of impact. If the tool stays in contact, or a motion is judged: the largest \
+                      value of each cycle. One point: every cycle is like the last. Two: the period has \
+                      doubled.";
 
 /// The variants of a sweep that its page draws.
 pub(crate) struct Shown {

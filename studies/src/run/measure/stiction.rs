@@ -1,4 +1,4 @@
-//! Sticking and breaking loose of guides on bristles (LuGre).
+//! Sticking and breaking loose of guides on bristles: `lugre-friction`.
 //!
 //! Such a guide has no instant at which it sticks: its bristles hold it elastically, and it creeps. So it
 //! counts as stuck by its motion: it rests for a considerable part of each cycle, and in between it travels

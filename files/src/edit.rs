@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use feeler_catalogue::{CORNER, DAMPING_RATIO, LOW_PASS};
+use feeler_catalogue::{Absent, CORNER, DAMPING_RATIO, LOW_PASS};
+use feeler_control::ANTI_WINDUP;
 use feeler_engine::Scenario;
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
@@ -19,15 +20,18 @@ pub type Assignment = (String, Setting);
 /// The settings that turn `from` into `to`; `None` if a key would have to be removed, or holds several
 /// values.
 pub fn settings_between(from: &Scenario, to: &Scenario) -> Option<Vec<Assignment>> {
-    let [before, after] = [from, to].map(|scenario| {
+    let [before, mut after] = [from, to].map(|scenario| {
         let mut values = BTreeMap::new();
         if let Ok(table) = to_toml(scenario).parse::<toml::Table>() {
             flatten("", &table, &mut |key, value| drop(values.insert(key, value.clone())));
         }
         values
     });
-    if before.keys().any(|key| !after.contains_key(key)) {
-        return None;
+    for key in before.keys() {
+        if !after.contains_key(key) {
+            let default = default_word(key)?;
+            after.insert(key.clone(), default.into());
+        }
     }
     // A first-order filter is a plain number in most files.
     let corner = format!("{LOW_PASS}.{}", CORNER.name);
@@ -40,6 +44,15 @@ pub fn settings_between(from: &Scenario, to: &Scenario) -> Option<Vec<Assignment
         .collect();
     let changed = after.into_iter().filter(|(key, value)| before.get(key) != Some(value));
     changed.map(|(key, value)| Some((shown.get(&key).cloned().unwrap_or(key), setting(&value)?))).collect()
+}
+
+/// The word that a key has where a file leaves it out.
+fn default_word(key: &str) -> Option<&'static str> {
+    let name = key.rsplit('.').next();
+    let Absent::Word(word) = [ANTI_WINDUP].into_iter().find(|key| name == Some(key.name))?.absent else {
+        return None;
+    };
+    Some(word)
 }
 
 /// An assignment in the form of `--set`.

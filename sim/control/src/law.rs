@@ -292,7 +292,8 @@ const CONDITIONAL: &str = "conditional";
 const OFF: &str = "off";
 const TRACKING_TIME: &str = "tracking_time";
 
-const ANTI_WINDUP: Key = Key {
+/// The key of [`AntiWindup`].
+pub const ANTI_WINDUP: Key = Key {
     name: "anti_windup",
     kind: KeyKind::WordOrTable(ANTI_WINDUPS, &TRACKING),
     absent: Absent::Word(CONDITIONAL),

@@ -49,7 +49,9 @@ pub use feeler_catalogue::GainPart;
 
 pub use controller::{Controller, Inputs};
 pub use error::ControlError;
-pub use law::{AdmittanceGains, AntiWindup, ForceGains, ImpedanceGains, Law, LeadSpec, PositionGains, READS};
+pub use law::{
+    ANTI_WINDUP, AdmittanceGains, AntiWindup, ForceGains, ImpedanceGains, Law, LeadSpec, PositionGains, READS,
+};
 pub use linear::LinearLaw;
 pub use listing::{Line, Listing};
 pub use noise::{Draws, Stream};

@@ -65,6 +65,7 @@ pub use measure::force_loop::ForceLoop;
 pub use measure::settling::{ForceResponse, Tracking};
 pub(crate) use measure::standing::nothing_can_touch;
 pub use record::event::EventRecord;
+pub use record::recording::controlled;
 pub use record::trace_file::{about_parquet, record_csv, write_csv, write_parquet};
 pub use summary::{ContactSummary, Summary};
 pub(crate) use variants::measure_resting;

@@ -17,12 +17,16 @@ use crate::run::measure::settling::{
     Answer, Ending, ForceResponse, RESTS_OVER, SETTLING_BAND, last_change_s,
 };
 use crate::run::measure::standing::{self, Standing};
+use crate::run::measure::stiction;
+use crate::run::measure::turns::turns;
 use crate::run::measure::winding::{Command, commands_all};
 use crate::run::record::event::EventRecord;
 use crate::run::verdict::{Evidence, MOST_EXTENSION, Outcome, RunVerdict, Undecided};
 
-/// Number of last rows of the tail for its spectrum; enough for any frequency of a run, and fast.
+/// Largest number of rows of the tail for its spectrum.
 pub(super) const SPECTRUM_ROWS: usize = 1 << 16;
+/// Number of turns, of eight cycles, that the last rows must have for a spectrum of them alone.
+const LEAST_SPECTRUM_TURNS: usize = 16;
 
 /// Results of a run. Forces in N and lengths in m; on a rotational axis read N m and rad.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -237,21 +241,21 @@ impl<'a> Finished<'a> {
         let (controlled, wanted) = self.controlled().map(|(found, _, wanted)| (found, wanted)).unzip();
         let force_n = self.judged_force_n(contact);
         let moves = response.is_some_and(|response| response.final_reference_n.is_none());
+        let moved_s = wanted.as_deref().map(|wanted| last_change_s(&self.record.t_s, wanted));
+        let starts_at_s = moved_s
+            .or(response.map(|response| response.starts_at_s))
+            .or(contact.and_then(ContactRun::first_contact_s));
         let sticks = self
             .record
             .events
             .iter()
             .filter(|event| matches!(event.kind, EventKind::Stick | EventKind::Slip));
-        let sticks_s: Vec<f64> = sticks.map(|event| event.t_s).collect();
+        let sticks_s: Vec<f64> = sticks.map(|event| event.t_s).chain(self.bristles_s(starts_at_s)).collect();
         let plays = self.record.events.iter().filter(|event| matches!(event.switch, Switch::Stop(..)));
         let plays_s: Vec<f64> = plays.map(|event| event.t_s).collect();
         let horizon_s = MOST_EXTENSION * self.scenario.run.duration_s - self.end_s;
         let commands = self.commands();
         let endings = self.endings();
-        let moved_s = wanted.as_deref().map(|wanted| last_change_s(&self.record.t_s, wanted));
-        let starts_at_s = moved_s
-            .or(response.map(|response| response.starts_at_s))
-            .or(contact.and_then(ContactRun::first_contact_s));
         let impacts: Vec<(f64, f64)> = contact.map_or_else(Vec::new, |contact| {
             let peaks = contact
                 .intervals
@@ -385,6 +389,17 @@ impl<'a> Finished<'a> {
             && self.holding().any(winds_up)
     }
 
+    /// Instants in the tail at which a guide on bristles begins to rest or breaks loose, s. The last change
+    /// before the tail is at `starts_at_s`.
+    fn bristles_s(&self, starts_at_s: Option<f64>) -> Vec<f64> {
+        let tail_s = 0.5 * (starts_at_s.unwrap_or(0.0) + self.end_s);
+        let bristled = self.assembly.links.iter().filter_map(|link| {
+            let spring = self.scenario.machine.springs.get(&link.name)?;
+            Some(stiction::changes_s(self.record, &spring.between, &link.bristle?, tail_s))
+        });
+        bristled.flatten().collect()
+    }
+
     fn oscillation_hz(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Option<f64> {
         let is_open = matches!(verdict.outcome, Outcome::Unstable | Outcome::Undecided);
         let is_moving = is_open && self.controlled().is_some() && verdict.amplitudes_n[2] > 0.0;
@@ -394,15 +409,22 @@ impl<'a> Finished<'a> {
 
     fn oscillation(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Oscillation {
         let t_s = &self.record.t_s;
-        let first =
-            t_s.partition_point(|&t| t < verdict.tail_s[0]).max(t_s.len().saturating_sub(SPECTRUM_ROWS));
-        let force_n = self.judged_force_n(contact).and_then(|column| column.get(first..)).unwrap_or_default();
-        let rows = t_s.len().saturating_sub(first + 1).max(1) as f64;
+        let tail = t_s.partition_point(|&t| t < verdict.tail_s[0]);
+        let column = self.judged_force_n(contact).unwrap_or_default();
+        let rows = |first: usize| column.get(first..).unwrap_or_default();
+        let mut first = tail.max(t_s.len().saturating_sub(SPECTRUM_ROWS));
+        let mut spacing = 1;
+        // A slow oscillation, such as hunting, needs the whole tail, and fewer of its rows.
+        if first > tail && turns(rows(first)) < LEAST_SPECTRUM_TURNS {
+            (first, spacing) = (tail, (t_s.len() - tail).div_ceil(SPECTRUM_ROWS));
+        }
+        let force_n: Vec<f64> = rows(first).iter().step_by(spacing).copied().collect();
+        let steps = t_s.len().saturating_sub(first + 1).max(1) as f64;
         let from_s = t_s.get(first).copied().unwrap_or(0.0);
         let to_s = t_s.last().copied().unwrap_or(0.0);
         let (touches_s, spans) =
             contact.map_or((&[][..], &[][..]), |contact| (&contact.touches_s, &contact.intervals));
-        oscillation(touches_s, spans, force_n, (to_s - from_s) / rows, [from_s, to_s])
+        oscillation(touches_s, spans, &force_n, spacing as f64 * (to_s - from_s) / steps, [from_s, to_s])
     }
 }
 

@@ -34,8 +34,9 @@ pub struct Measured {
     /// if the tool no longer leaves the wall.
     pub impact_peaks_n: Vec<f64>,
     /// The contact force once per cycle over the tail, N, one sample of the fastest controller after each
-    /// touch-down. If the tool stays in contact, it is the maximum of each cycle. One value if every cycle
-    /// repeats the last, two after a period doubling. None of a motion that grows, or whose end is not known.
+    /// touch-down. If the tool stays in contact, it is the maximum of each cycle. So is that of a controlled
+    /// motion without contact. One value if every cycle repeats the last, two after a period doubling. None
+    /// of a motion that grows, or whose end is not known.
     pub strobe_n: Vec<f64>,
 }
 
@@ -89,13 +90,23 @@ impl Candidate {
             let peaks: Vec<f64> = impacts.map(|(_, peak)| *peak).collect();
             peaks[peaks.len().saturating_sub(tail)..].to_vec()
         });
-        let strobe_n =
-            main.map_or_else(Vec::new, |contact| self.strobe_n(contact, record, &judged.summary, tail));
+        let signal = judged.summary.controlled.clone().or(main.map(ContactRun::force_signal));
+        let force_n = signal.and_then(|signal| record.column(&signal)).filter(|_| tail > 0);
+        let contacts = main.map_or(&[][..], |contact| &contact.intervals);
+        let strobe_n = force_n.map_or_else(Vec::new, |force_n| {
+            self.strobe_n((force_n, contacts), record, &judged.summary, tail)
+        });
         Measured { summary: judged.summary, impact_peaks_n, strobe_n }
     }
 
-    fn strobe_n(&self, contact: &ContactRun, record: &Trace, summary: &Summary, tail: usize) -> Vec<f64> {
-        let Some(force_n) = record.column(&contact.force_signal()) else { return Vec::new() };
+    /// The judged signal once per cycle, with the spans of its contact.
+    fn strobe_n(
+        &self,
+        (force_n, contacts): (&[f64], &[Interval]),
+        record: &Trace,
+        summary: &Summary,
+        tail: usize,
+    ) -> Vec<f64> {
         if matches!(summary.outcome, Outcome::Undecided | Outcome::Unstable) {
             return Vec::new();
         }
@@ -106,7 +117,8 @@ impl Candidate {
         // Without a controller, the delay is two rows.
         let delay_s = periods_s.reduce(f64::min).unwrap_or(2.0 * self.program.record_spacing_s());
         let values_n =
-            Strobe { t_s: &record.t_s, force_n, contact, tail_s: summary.verdict.tail_s, delay_s }.values_n();
+            Strobe { t_s: &record.t_s, force_n, contacts, tail_s: summary.verdict.tail_s, delay_s }
+                .values_n();
         values_n[values_n.len().saturating_sub(tail)..].to_vec()
     }
 }

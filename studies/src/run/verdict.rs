@@ -21,7 +21,8 @@
 //!   workpiece.
 //! - *limit-cycle*: the force oscillates and does not decay, and a drive or controller is at its limit for
 //!   over 1 % of the tail.
-//! - *hunting*: the same, but no limit is reached, and a guide sticks or breaks loose at least twice.
+//! - *hunting*: the same, but no limit is reached, and a guide sticks or breaks loose at least twice. A guide
+//!   on bristles sticks if it rests for long and then travels farther than they bend.
 //! - *oscillates*: the same with neither, over 12 cycles at least or to the end of the longest extension.
 //! - *undecided*: none of these. Oscillation or bouncing decays but has not ended, or creeps up or down.
 //!   (Creep is a significant line through the logarithms of the amplitudes of 4 to 24 windows, see

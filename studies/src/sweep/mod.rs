@@ -44,7 +44,7 @@ const CHUNKS: u64 = 64;
 /// Smallest and largest number of variants of a chunk.
 const CHUNK: [u64; 2] = [crate::run::LANES as u64, 1024];
 /// Version of the results. It changes whenever the same files would give other bytes.
-const RESULTS_VERSION: u32 = 10;
+const RESULTS_VERSION: u32 = 11;
 
 /// A sweep ready to run.
 #[derive(Clone, Debug)]

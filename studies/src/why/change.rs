@@ -14,7 +14,7 @@ const CONTINUOUS: f64 = 20.0;
 const FINE_STEP: f64 = 32.0;
 /// Factor by which an approach is slowed down, and the factors of its further reductions.
 pub(super) const SLOWER: f64 = 4.0;
-pub(super) const SLOWER_STILL: [f64; 2] = [16.0, 64.0];
+pub(super) const SLOWER_STILL: [f64; 4] = [16.0, 64.0, 256.0, 1024.0];
 /// Remaining time constant of a drive that must have one, as a share of the controller's period.
 const QUICK_DRIVE: f64 = 1e-3;
 
@@ -231,9 +231,17 @@ pub(super) fn slow_down(scenario: &mut Scenario, times: f64) {
 }
 
 /// Time of the first touch, s.
-pub(super) fn first_contact_s(baseline: &Measured) -> f64 {
+fn first_contact_s(baseline: &Measured) -> f64 {
     let contacts = baseline.summary.contacts.iter().filter_map(|contact| contact.first_contact_s);
     contacts.fold(0.0, f64::max)
+}
+
+/// Largest extension of a run with a slower approach, as a multiple of the scenario's duration.
+const MOST_LONGER: f64 = 8.0;
+
+/// Whether a run in which the tool arrives later by a factor is not too long.
+pub(super) fn affords(times: f64, scenario: &Scenario, baseline: &Measured) -> bool {
+    (times - 1.0) * first_contact_s(baseline) < MOST_LONGER * scenario.run.duration_s
 }
 
 /// A scenario whose tool arrives later by a factor, with a run that is longer by the same delay.

@@ -22,6 +22,7 @@
 //! 4. if it is unstable, the cause is the ingredient whose absence raises the largest stable gain most, of
 //!    those that cure.
 
+mod applied;
 mod change;
 mod explanation;
 mod linear;

@@ -1,11 +1,15 @@
 //! Remedies with their numbers, and their cost in bandwidth.
 
-use feeler_control::{Law, LeadSpec};
 use feeler_engine::Scenario;
-use feeler_plant::description::{ActuatorKind, LowPass, MotorInput};
-use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Kind, Trait};
+use feeler_plant::effects::{Kind, Trait};
 
-use super::change::{ChatterCause, Counterfactual, arriving_later, sample_faster, servos, slow_down};
+use super::applied::{
+    add_damping, add_lead, fade, quicken_drives, raise_limits, refine_steps, scale_springs, shorten_delays,
+    stop_windup,
+};
+use super::change::{
+    ChatterCause, Counterfactual, SLOWER, affords, arriving_later, sample_faster, servos, slow_down,
+};
 use super::explanation::{CheckedRemedy, Explanation, Size};
 use super::linear::{bandwidth_hz, gain_margin, scale_errors};
 use super::roles::Roles;
@@ -20,9 +24,9 @@ const MORE: f64 = 4.0;
 /// Trial sizes of a change with the gain kept, from mild to strong.
 const TIMES: [f64; 3] = [2.0, 4.0, 16.0];
 /// Trial sizes for quantities that can be reduced much further.
-const MANY_TIMES: [f64; 4] = [2.0, 4.0, 16.0, 64.0];
+const MANY_TIMES: [f64; 6] = [2.0, 4.0, 16.0, 64.0, 256.0, 1024.0];
 /// Trial values of joint damping, as shares of critical damping.
-const SHARES: [f64; 4] = [0.03, 0.1, 0.25, 0.5];
+const SHARES: [f64; 5] = [0.03, 0.1, 0.25, 0.5, 1.0];
 
 /// Applies a change of a size to a scenario.
 type Apply<'a> = Box<dyn Fn(&mut Scenario, f64) + Sync + 'a>;
@@ -64,7 +68,15 @@ pub(super) fn remedies(
         }
     }
     if !is_artefact {
-        remedies.extend(lowered(&written, "a lower gain", &|_| {}, wanted_hz));
+        let what = "a lower gain";
+        // If linear theory allows the whole gain, a nonlinear property sets the limit. A guide that sticks
+        // hunts at any gain of an integrator, only more slowly.
+        let mut lower = lowered(&written, what, &|_| {}, wanted_hz);
+        if lower.is_none() && !found.has(ChatterCause::StictionOrQuantiser) {
+            let found = mildest(&written, &MANY_TIMES, |s, times| *s = with_gain(s, 1.0 / times));
+            lower = found.map(|(times, changed)| remedy(&written, what, &changed, 1.0 / times, wanted_hz));
+        }
+        remedies.extend(lower);
     }
     remedies.sort_by(|a, b| a.cost.unwrap_or(f64::INFINITY).total_cmp(&b.cost.unwrap_or(f64::INFINITY)));
     (remedies, sizes)
@@ -132,7 +144,7 @@ fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured)
     let mut ways = against_errors(found);
     ways.extend(of_delays(found));
     ways.extend(of_structure(scenario, found));
-    ways.extend(of_limits(found, baseline));
+    ways.extend(of_limits(scenario, found, baseline));
     ways.extend(of_any(scenario));
     ways
 }
@@ -236,15 +248,17 @@ fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
 }
 
 /// Changes against limits of drives, sensors and guides, and against the loss of contact.
-fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
+fn of_limits<'a>(scenario: &Scenario, found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
     let mut ways = Vec::new();
     if found.has(ChatterCause::ActuatorLag) || found.lifts_by(Counterfactual::IdealActuator) {
         let what = |times: f64| format!("a drive {} times as fast", plain(times));
-        ways.push(Way::new(Some(Counterfactual::IdealActuator), &TIMES, what, quicken_drives));
+        ways.push(Way::new(Some(Counterfactual::IdealActuator), &MANY_TIMES, what, quicken_drives));
     }
     if found.has(ChatterCause::Saturation) {
         let what = |times: f64| format!("limits {} times as high", plain(times));
-        ways.push(Way::new(Some(Counterfactual::NoSaturation), &TIMES, what, raise_limits));
+        ways.push(Way::new(Some(Counterfactual::NoSaturation), &MANY_TIMES, what, raise_limits));
+        let what = |_: f64| String::from("an integral that stops at the drive's limit");
+        ways.push(Way::new(None, &[1.0], what, |s, _| stop_windup(s)));
     }
     if found.has(ChatterCause::StictionOrQuantiser) {
         ways.push(Way::new(
@@ -275,7 +289,9 @@ fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
             *s = arriving_later(s, baseline, times);
         };
         let what = |times: f64| format!("an approach {} times as slow", plain(times));
-        ways.push(Way::new(Some(Counterfactual::SlowerApproach), &MANY_TIMES, what, apply));
+        let affordable =
+            MANY_TIMES.partition_point(|&times| times <= SLOWER || affords(times, scenario, baseline));
+        ways.push(Way::new(Some(Counterfactual::SlowerApproach), &MANY_TIMES[..affordable], what, apply));
     }
     ways
 }
@@ -303,145 +319,4 @@ fn of_any(scenario: &Scenario) -> Vec<Way<'static>> {
         of: None,
     }));
     ways
-}
-
-fn shorten_delays(scenario: &mut Scenario, times: f64) {
-    for used in scenario.controllers.values_mut() {
-        used.spec.delay_s /= times;
-        used.spec.velocity_filter_s /= times;
-        if let Some(filter) = &mut used.spec.reading_low_pass {
-            filter.cutoff_hz *= times;
-        }
-    }
-    for sensor in scenario.machine.sensors.values_mut() {
-        sensor.delay_s /= times;
-        if let Some(LowPass::FirstOrder { corner_hz } | LowPass::SecondOrder { corner_hz, .. }) =
-            &mut sensor.low_pass
-        {
-            *corner_hz *= times;
-        }
-    }
-    for servo in servos(scenario) {
-        (servo.delay_s, servo.compute_delay_s) = (servo.delay_s / times, servo.compute_delay_s / times);
-    }
-    fade(scenario, times, |effect| effect.has(Trait::Delay));
-}
-
-fn quicken_drives(scenario: &mut Scenario, times: f64) {
-    for actuator in scenario.machine.actuators.values_mut() {
-        match &mut actuator.kind {
-            ActuatorKind::Force { bandwidth_hz } => {
-                *bandwidth_hz = bandwidth_hz.map(|bandwidth| bandwidth * times);
-            }
-            ActuatorKind::VelocitySource { time_constant_s, .. } => *time_constant_s /= times,
-            ActuatorKind::DcMotor(motor) => motor.inductance_h /= times,
-            ActuatorKind::PositionServo(servo) => {
-                servo.delay_s /= times;
-            }
-            ActuatorKind::Imposed | ActuatorKind::TargetVelocity | ActuatorKind::FeedForward => {}
-        }
-        for effect in &mut actuator.effects {
-            if let Some(ActuatorLag { time_constant }) = effect.parameters() {
-                *effect = EffectUse::of(ActuatorLag { time_constant: time_constant / times });
-            }
-        }
-    }
-}
-
-fn raise_limits(scenario: &mut Scenario, times: f64) {
-    for actuator in scenario.machine.actuators.values_mut() {
-        let limits = [&mut actuator.limit_n, &mut actuator.rate_limit_per_s];
-        limits.into_iter().flatten().for_each(|limit| *limit *= times);
-        let own = match &mut actuator.kind {
-            ActuatorKind::PositionServo(servo) => vec![&mut servo.velocity_limit_m_per_s],
-            ActuatorKind::DcMotor(motor) if motor.input == MotorInput::Duty => {
-                vec![&mut motor.current_limit_a]
-            }
-            ActuatorKind::DcMotor(motor) => {
-                vec![&mut motor.current_limit_a, &mut motor.supply_voltage_v]
-            }
-            _ => Vec::new(),
-        };
-        own.into_iter().flatten().for_each(|limit| *limit *= times);
-    }
-    for used in scenario.controllers.values_mut() {
-        used.spec.output_limit = used.spec.output_limit.map(|limit| limit * times);
-    }
-    fade(scenario, times, |effect| effect.has(Trait::Saturation));
-}
-
-fn refine_steps(scenario: &mut Scenario, times: f64) {
-    for sensor in scenario.machine.sensors.values_mut() {
-        sensor.resolution = sensor.resolution.map(|step| step / times);
-    }
-    for used in scenario.controllers.values_mut() {
-        used.spec.output_resolution = used.spec.output_resolution.map(|step| step / times);
-    }
-    for servo in servos(scenario) {
-        for step in [&mut servo.resolution_m, &mut servo.output_resolution_n].into_iter().flatten() {
-            *step /= times;
-        }
-    }
-    fade(scenario, times, |effect| effect.has(Trait::Quantisation));
-}
-
-/// Reduces the effects of a kind by a factor.
-fn fade(scenario: &mut Scenario, times: f64, is_meant: impl Fn(&Definition) -> bool) {
-    let machine = &mut scenario.machine;
-    let hosts = (machine.bodies.values_mut().map(|body| &mut body.effects))
-        .chain(machine.springs.values_mut().map(|spring| &mut spring.effects))
-        .chain(machine.contacts.values_mut().map(|contact| &mut contact.effects))
-        .chain(machine.actuators.values_mut().map(|actuator| &mut actuator.effects))
-        .chain(machine.sensors.values_mut().map(|sensor| &mut sensor.effects))
-        .chain(scenario.controllers.values_mut().map(|used| &mut used.effects));
-    for effect in hosts.flatten().filter(|effect| is_meant(effect.definition)) {
-        for (parameter, value) in effect.definition.parameters.iter().zip(&mut effect.values) {
-            match parameter.null {
-                Some(null) if null.is_finite() => *value = null + (*value - null) / times,
-                Some(_) => *value *= times,
-                None => {}
-            }
-        }
-    }
-}
-
-fn scale_springs(scenario: &mut Scenario, names: &[String], stiffness: f64, damping: f64) {
-    for name in names {
-        if let Some(spring) = scenario.machine.springs.get_mut(name) {
-            spring.stiffness_n_per_m *= stiffness;
-            spring.damping_n_s_per_m *= damping;
-        }
-    }
-}
-
-/// Damping of `2 m w` times a share, if the loop reads the motion of its own drive.
-fn add_damping(scenario: &mut Scenario, share: f64) {
-    let stiffness = scenario.machine.contacts.values().map(|contact| contact.stiffness).fold(0.0, f64::max);
-    let mass: f64 = scenario
-        .machine
-        .actuators
-        .values()
-        .filter_map(|a| scenario.machine.bodies.get(&a.on))
-        .map(|body| body.mass_kg)
-        .sum();
-    let sensed = scenario
-        .machine
-        .sensors
-        .values()
-        .any(|sensor| scenario.machine.actuators.values().any(|a| a.on == sensor.reads.element));
-    for used in scenario.controllers.values_mut() {
-        if let Law::ExplicitForce(gains) = &mut used.spec.law
-            && sensed
-        {
-            gains.damping += 2.0 * share * (mass * stiffness).sqrt();
-        }
-    }
-}
-
-fn add_lead(scenario: &mut Scenario, zero_hz: f64, times: f64) {
-    for used in scenario.controllers.values_mut() {
-        if let Law::ExplicitForce(gains) = &mut used.spec.law {
-            gains.lead.get_or_insert(LeadSpec { zero_hz, pole_hz: times * zero_hz });
-        }
-    }
 }

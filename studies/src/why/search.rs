@@ -5,16 +5,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use feeler_engine::Scenario;
 use rayon::prelude::*;
 
-use super::change::{
-    ChatterCause, Counterfactual, SLOWER, SLOWER_STILL, arriving_later, first_contact_s, slow_down,
-};
+use super::change::{ChatterCause, Counterfactual, SLOWER, SLOWER_STILL, affords, arriving_later, slow_down};
 use super::explanation::{Explanation, LARGEST_SET, Lift, Trial, is_cured, is_troubled};
 use super::words::{beside, nothing_to_explain, sentence};
 use super::{linear, remedy};
 use crate::run::{Candidate, Measured, Outcome, RunError};
 
-/// Largest extension of a run with a slower approach, as a multiple of the scenario's duration.
-const MOST_LONGER: f64 = 8.0;
 /// The verdict also names a change that raises the stability limit by more than this factor.
 const LIFTS: f64 = 2.0;
 
@@ -153,10 +149,7 @@ impl<'a> Search<'a> {
         if changes.len() > 1 || first.cured {
             return first;
         }
-        let affordable = |times: &&f64| {
-            let extra_s = (**times - 1.0) * first_contact_s(&self.baseline);
-            extra_s < MOST_LONGER * self.scenario.run.duration_s
-        };
+        let affordable = |times: &&f64| affords(**times, &self.scenario, &self.baseline);
         let mut slower = SLOWER_STILL.iter().filter(affordable).map(|&times| {
             let mut slower = self.scenario.clone();
             slow_down(&mut slower, times);

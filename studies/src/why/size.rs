@@ -14,6 +14,11 @@ const DIGITS: usize = 4;
 /// fifth.
 const HALVINGS: usize = 3;
 
+/// Number of sizes that are tried at once.
+const AT_ONCE: usize = 4;
+/// The search goes below the first share by this factor.
+const BELOW: f64 = 4.0;
+
 /// A scenario that can be written to a file, so that a trial equals a file with the settings.
 pub(super) struct Written {
     pub(super) scenario: Scenario,
@@ -108,21 +113,29 @@ pub(super) fn mildest(
     change: impl Fn(&mut Scenario, f64) + Sync,
 ) -> Option<(f64, Changed)> {
     let at = |size: f64| written.with(|scenario| change(scenario, size));
-    let tried: Vec<Option<(Changed, f64)>> = (sizes.par_iter())
-        .map(|&size| {
-            let changed = at(size)?;
-            let seen_s = changed.rest_seen_s()?;
-            Some((changed, seen_s))
-        })
-        .collect();
+    let attempt = |size: &f64| {
+        let changed = at(*size)?;
+        let seen_s = changed.rest_seen_s()?;
+        Some((changed, seen_s))
+    };
     let within = |(changed, seen_s): &(Changed, f64)| changed.is_within_run(*seen_s);
+    let mut tried: Vec<Option<(Changed, f64)>> = Vec::new();
+    // The strongest are tried only if the others do not suffice.
+    for sizes in sizes.chunks(AT_ONCE) {
+        tried.par_extend(sizes.par_iter().map(attempt));
+        if tried.iter().any(Option::is_some) {
+            break;
+        }
+    }
     let Some(first) = tried.iter().position(|found| found.as_ref().is_some_and(within)) else {
         let mut resting =
             sizes.iter().zip(&tried).filter(|(_, found)| found.is_some()).map(|(size, _)| *size);
         return resting.find_map(|size| Some((size, at_rest(written, |s| change(s, size))?)));
     };
     let (mut strong, mut found) = (sizes[first], tried.into_iter().nth(first)??.0);
-    let mut mild = first.checked_sub(1).map_or(1.0, |before| sizes[before]);
+    // Below the first of some shares there is no size of no effect, as one is of a factor.
+    let least = if strong > 1.0 { 1.0 } else { strong / BELOW };
+    let mut mild = first.checked_sub(1).map_or(least, |before| sizes[before]);
     for _ in 0..HALVINGS {
         let middle = (mild * strong).sqrt();
         match at(middle).filter(Changed::settles) {

@@ -7,6 +7,7 @@ use std::path::Path;
 use feeler_files::{CellFile, Document, Draft};
 use feeler_studies::run::{Candidate, Outcome, Summary, run_cell};
 
+use crate::remedies::WINDUP;
 use crate::why::PLAY;
 
 /// Summary of an axis of 20 kg on a wall of 100 kN/m.
@@ -175,39 +176,13 @@ fn regress_few_bounces_that_grow_are_unstable() {
 /// second controls a load behind free play.
 #[test]
 fn truth_loops_without_contact_are_judged_by_what_they_control() {
-    let windup = r#"
-[bodies.m]
-mass = 4.0
-position = 0.5
-[springs.g]
-between = ["ground", "m"]
-damping = 0.5
-[actuators.drive]
-on = "m"
-limit = 20.0
-[sensors.enc]
-reads = "m.position"
-[controllers.c]
-law = "position"
-reads = "enc"
-drives = "drive"
-period = 0.002
-kp = 1500.0
-ki = 9000.0
-kd = 60.0
-derivative_filter = 0.002
-reference = 0.0
-anti_windup = "off"
-[run]
-duration = 10.0
-"#;
     let outcome = |text: &str| {
         let document = Document::parse(text, "loop.toml").unwrap();
         let summary = feeler_studies::run::run(&document.scenario, &mut |_| {}).unwrap().summary;
         assert!(summary.controlled.is_some());
         summary.outcome
     };
-    assert_eq!(outcome(windup), Outcome::Unstable);
+    assert_eq!(outcome(WINDUP), Outcome::Unstable);
     assert_eq!(outcome(PLAY), Outcome::LimitCycle);
     // The second loop settles without free play.
     assert_eq!(outcome(&PLAY.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", "")), Outcome::Settled);

@@ -9,7 +9,7 @@ use feeler_studies::why::{ChatterCause, Counterfactual, Explanation, explain};
 use crate::common::file;
 
 /// A mass before a stiff wall with hardly any damping: at 0.3 m/s it chatters, at 0.03 it settles.
-const APPROACH: &str = r#"
+pub(crate) const APPROACH: &str = r#"
 [bodies.m]
 mass = 8.0
 [springs.g]
@@ -41,7 +41,7 @@ duration = 3.0
 "#;
 
 /// A force loop with a filter or a delay at its sensor.
-fn with_sensor(sensor: &str, period: f64, kp: f64) -> String {
+pub(crate) fn with_sensor(sensor: &str, period: f64, kp: f64) -> String {
     format!(
         r#"# A loop that a slow sensor spoils.
 [bodies.m]
@@ -75,6 +75,34 @@ duration = 3.0
 "#
     )
 }
+
+/// A drive at its limit, and an integral that winds up: 28 m after 10 s.
+pub(crate) const WINDUP: &str = r#"
+[bodies.m]
+mass = 4.0
+position = 0.5
+[springs.g]
+between = ["ground", "m"]
+damping = 0.5
+[actuators.drive]
+on = "m"
+limit = 20.0
+[sensors.enc]
+reads = "m.position"
+[controllers.c]
+law = "position"
+reads = "enc"
+drives = "drive"
+period = 0.002
+kp = 1500.0
+ki = 9000.0
+kd = 60.0
+derivative_filter = 0.002
+reference = 0.0
+anti_windup = "off"
+[run]
+duration = 10.0
+"#;
 
 fn document(text: &str) -> Document {
     Document::parse(text, "loop.toml").unwrap()

@@ -9,6 +9,7 @@ mod fuzz;
 mod landmarks;
 mod models;
 mod mutated;
+mod watch;
 
 use std::path::{Path, PathBuf};
 

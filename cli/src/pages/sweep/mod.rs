@@ -21,7 +21,7 @@ use std::cmp::Reverse;
 use std::path::{Path, PathBuf};
 
 use feeler_files::Setting;
-use feeler_studies::run::Outcome;
+use feeler_studies::run::{Outcome, controlled};
 use feeler_studies::sweep::{CyclesAt, DrawnAxis, MapTheory, Panels, Sweep, SweepTable, Theory};
 
 use bifurcation::{Diagram, Prediction};
@@ -37,6 +37,7 @@ use crate::numbers::{count, percent, plain};
 use crate::pages::parts::{Page, Tile};
 use crate::terminal;
 use crate::units::Units;
+use crate::words::judged_unit;
 
 /// Largest number of panels that the first sentences of a page summarise.
 const MOST_ANSWERS: u64 = 4;
@@ -48,8 +49,9 @@ const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
 const PEAKS: &str = "The largest force of each of the last contacts. One point: all are alike. Two: the \
                      period has doubled. Many: no two are alike. No point: the tool stays in contact.";
 const STROBE: &str = "The force one sample of the controller after each touch-down, which grows with the \
-                      speed of impact. If the tool stays in contact: the largest force of each cycle. One \
-                      point: every cycle is like the last. Two: the period has doubled.";
+                      speed of impact. If the tool stays in contact, or a motion is judged: the largest \
+                      value of each cycle. One point: every cycle is like the last. Two: the period has \
+                      doubled.";
 
 /// The variants of a sweep that its page draws.
 pub(crate) struct Shown {
@@ -85,7 +87,10 @@ pub(crate) fn write(
     let axes = DrawnAxis::of(&sweep.file);
     let outcomes = tally::outcomes(table).map(str::to_owned).collect();
     let units = Units::of(&sweep.document.scenario.machine);
-    let mut report = Report { sweep, table, tally, drawn, axes, outcomes, units };
+    let controlled = controlled(&sweep.document.scenario).map(|signal| signal.to_string());
+    let unit = judged_unit(controlled.as_deref(), units);
+    let judged = (if controlled.is_some() { "motion" } else { units.force_word() }, unit);
+    let mut report = Report { sweep, table, tally, drawn, axes, outcomes, units, judged };
     let mut theory = theory.clone();
     let is_reordered = report.draw_what_decides(&mut theory);
     let answer = report.answer();
@@ -257,7 +262,7 @@ impl Report<'_> {
                     amplitudes,
                     "Size of the oscillation",
                     "amplitude",
-                    "Half of the peak-to-peak force that lasts to the end.",
+                    &*format!("Half of the peak-to-peak {} that lasts to the end.", self.judged.0),
                 )
             } else {
                 (
@@ -268,7 +273,8 @@ impl Report<'_> {
                 )
             };
             if values.len() == self.table.rows {
-                let plot = map.plot(&Colouring::Measure(&values, name, self.units.force));
+                let unit = if oscillates { self.judged.1 } else { self.units.force };
+                let plot = map.plot(&Colouring::Measure(&values, name, unit));
                 page.plot_like(&titled(title, &map.title), caption, &plot, first);
                 drawings.push((format!("size{suffix}"), plot.with_legend()));
             }
@@ -296,8 +302,7 @@ impl Report<'_> {
             let theory = Predicted::new(self, axis, cycles);
             let diagram = Diagram::new(axis, self.table, rows);
             let of_panel = map::words(&panel);
-            let Units { force: unit, .. } = self.units;
-            let force = self.units.force_word();
+            let (force, unit) = self.judged;
             let mut first = None;
             let mut draw = |name: &str,
                             title: &str,
@@ -358,8 +363,8 @@ impl Report<'_> {
             let amplitudes = self.table.reals("amplitude_n").unwrap_or_default();
             let amplitudes: Vec<Vec<f64>> = amplitudes.iter().map(|a| a.iter().copied().collect()).collect();
             if amplitudes.len() == self.table.rows {
-                let caption = "Half of the lasting peak-to-peak force.";
-                draw("amplitude", "Size of the oscillation", caption, "amplitude", &amplitudes, &[]);
+                let caption = format!("Half of the lasting peak-to-peak {force}.");
+                draw("amplitude", "Size of the oscillation", &caption, "amplitude", &amplitudes, &[]);
             }
             self.periods(axis, &diagram.rows, &of_panel, page);
             theory.compare(&of_panel, page);
@@ -394,7 +399,7 @@ fn headline(outcome: Outcome) -> &'static str {
         Outcome::Unstable => "are unstable",
         Outcome::LimitCycle => "oscillate between limits",
         Outcome::Hunting => "hunt",
-        Outcome::Oscillates => "oscillate in contact",
+        Outcome::Oscillates => "oscillate",
         Outcome::NoContact => "make no contact",
         _ => "are undecided",
     }

@@ -18,4 +18,6 @@ pub(super) struct Report<'a> {
     /// Name of the outcome of each row: `error` for a failed variant, `done` if outcomes are not kept.
     pub(super) outcomes: Vec<String>,
     pub(super) units: Units,
+    /// Word and unit of what decides the outcomes: a force, or a motion if nothing can touch.
+    pub(super) judged: (&'static str, &'static str),
 }

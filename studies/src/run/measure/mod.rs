@@ -8,6 +8,7 @@ pub(crate) mod force_loop;
 pub(crate) mod saturation;
 pub(crate) mod settling;
 pub(crate) mod standing;
+pub(crate) mod stiction;
 pub(crate) mod strobe;
 pub(crate) mod trend;
 pub(crate) mod turns;

@@ -5,9 +5,9 @@
 //! a period doubling, and many if no cycle repeats. If the tool leaves the workpiece, the surface is
 //! touch-down. The force is still zero there, so it is read one controller sample later. This gives a map of
 //! the same kind that grows with the speed of impact. If the tool stays in contact, the surface is the
-//! maximum of the force in each cycle.
+//! maximum of the force in each cycle. A controlled motion without contact is read at its maxima, too.
 
-use crate::run::measure::contact::{ContactRun, Interval, peak};
+use crate::run::measure::contact::{Interval, peak};
 
 /// Smallest number of touch-downs in the tail to count cycles; with fewer the motion is one in contact.
 const LEAST_TOUCHES: usize = 2;
@@ -15,12 +15,13 @@ const LEAST_TOUCHES: usize = 2;
 /// its range. So ripple does not count as a cycle.
 const HYSTERESIS: f64 = 0.1;
 
-/// A contact's force and its record.
+/// A contact's force, or a motion that touches nothing, and its record.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::run) struct Strobe<'a> {
     pub(in crate::run) t_s: &'a [f64],
     pub(in crate::run) force_n: &'a [f64],
-    pub(in crate::run) contact: &'a ContactRun,
+    /// Spans of contact.
+    pub(in crate::run) contacts: &'a [Interval],
     /// The evaluated part of the record.
     pub(in crate::run) tail_s: [f64; 2],
     /// Time from touch-down to the reading of the force.
@@ -30,13 +31,8 @@ pub(in crate::run) struct Strobe<'a> {
 impl Strobe<'_> {
     /// The force once per cycle, N, in order of time.
     pub(in crate::run) fn values_n(&self) -> Vec<f64> {
-        let touches: Vec<Interval> = self
-            .contact
-            .intervals
-            .iter()
-            .filter(|interval| interval.start_s >= self.tail_s[0])
-            .copied()
-            .collect();
+        let touches: Vec<Interval> =
+            self.contacts.iter().filter(|interval| interval.start_s >= self.tail_s[0]).copied().collect();
         if touches.len() < LEAST_TOUCHES {
             return self.peaks_n();
         }
@@ -66,10 +62,14 @@ impl Strobe<'_> {
                 rises.push(row);
             }
         }
-        rises
-            .windows(2)
-            .map(|cycle| peak(&self.t_s[cycle[0]..cycle[1]], &self.force_n[cycle[0]..cycle[1]]).force_n)
-            .collect()
+        // A peak is that of a force, from zero upwards; a motion may be below zero throughout.
+        let floor_n = low.min(0.0);
+        let largest = |cycle: &[usize]| {
+            let rows = cycle[0]..cycle[1];
+            let above: Vec<f64> = self.force_n[rows.clone()].iter().map(|force| force - floor_n).collect();
+            floor_n + peak(&self.t_s[rows], &above).force_n
+        };
+        rises.windows(2).map(largest).collect()
     }
 
     /// The force at an instant: a cubic through the two rows on either side in the same contact, or a line if
@@ -95,7 +95,6 @@ impl Strobe<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use feeler_plant::description::Engagement;
     use std::f64::consts::{PI, TAU};
 
     /// A half sine of 30 ms in rows of 0.5 ms: a cubic through four rows errs by 3/128 (w h)^4 = 2e-7 of it.
@@ -104,21 +103,8 @@ mod tests {
     /// of it, its neighbours by less than 1e-4.
     const PARABOLA: f64 = 1e-4;
 
-    fn contact(touches_s: &[f64], contact_s: f64) -> ContactRun {
-        ContactRun {
-            name: "tool".into(),
-            engagement: Engagement::Unilateral,
-            intervals: touches_s
-                .iter()
-                .map(|&start_s| Interval { start_s, end_s: start_s + contact_s })
-                .collect(),
-            interval_peaks_n: Vec::new(),
-            touches_s: touches_s.to_vec(),
-            lifts_s: Vec::new(),
-            peak_force_n: 0.0,
-            peak_at_s: 0.0,
-            pull: None,
-        }
+    fn contacts(touches_s: &[f64], contact_s: f64) -> Vec<Interval> {
+        touches_s.iter().map(|&start_s| Interval { start_s, end_s: start_s + contact_s }).collect()
     }
 
     fn rows(seconds: f64) -> Vec<f64> {
@@ -138,9 +124,9 @@ mod tests {
             )
         };
         let force_n: Vec<f64> = t_s.iter().map(|&t| force(t)).collect();
-        let contact = contact(&touches, 0.03);
+        let contacts = contacts(&touches, 0.03);
         let values =
-            Strobe { t_s: &t_s, force_n: &force_n, contact: &contact, tail_s: [0.2, 1.0], delay_s: 1e-3 }
+            Strobe { t_s: &t_s, force_n: &force_n, contacts: &contacts, tail_s: [0.2, 1.0], delay_s: 1e-3 }
                 .values_n();
         assert_eq!(values.len(), 17);
         for (i, value) in values.iter().enumerate() {
@@ -155,11 +141,11 @@ mod tests {
     fn truth_a_cycle_in_contact_is_read_at_its_peaks() {
         let t_s = rows(2.0);
         let w = TAU * 13.7;
-        let contact = contact(&[0.0], 2.0);
+        let contacts = contacts(&[0.0], 2.0);
         let values = |a: f64| {
             let force_n: Vec<f64> =
                 t_s.iter().map(|t| 20.0 + 5.0 * (w * t).sin() + a * (0.5 * w * t).cos()).collect();
-            Strobe { t_s: &t_s, force_n: &force_n, contact: &contact, tail_s: [1.0, 2.0], delay_s: 1e-3 }
+            Strobe { t_s: &t_s, force_n: &force_n, contacts: &contacts, tail_s: [1.0, 2.0], delay_s: 1e-3 }
                 .values_n()
         };
         let spread = |values: &[f64], step: usize| {

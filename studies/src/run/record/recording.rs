@@ -6,6 +6,7 @@ use feeler_plant::effects::Trait;
 
 use crate::run::measure::controlled::Controlled;
 use crate::run::measure::standing::nothing_can_touch;
+use crate::run::measure::stiction;
 
 /// Smallest rate of the measures: a force peak of 150 Hz is then met within 0.3 %. A parabola finds the rest
 /// if the engine does not find peaks itself.
@@ -136,6 +137,7 @@ fn measured(scenario: &Scenario) -> Vec<SignalName> {
         }
     }
     signals.extend(controlled(scenario));
+    signals.extend(stiction::signals(&scenario.machine));
     for (name, used) in &scenario.controllers {
         signals.push(SignalName::new(name, Quantity::Reference));
         if used.spec.output_limit.is_some() {
@@ -145,8 +147,8 @@ fn measured(scenario: &Scenario) -> Vec<SignalName> {
     signals
 }
 
-/// The motion that decides the outcome of a run without contact.
-fn controlled(scenario: &Scenario) -> Option<SignalName> {
+/// The motion that decides the outcome of a run in which nothing can touch; `None` if a force does.
+pub fn controlled(scenario: &Scenario) -> Option<SignalName> {
     nothing_can_touch(scenario).then(|| Controlled::find(scenario)).flatten().map(|found| found.signal)
 }
 
@@ -169,8 +171,10 @@ fn telling(scenario: &Scenario) -> Vec<SignalName> {
     for name in telling_bodies(machine) {
         add(name, &[Quantity::Position, Quantity::Velocity]);
     }
-    if let Some(signal) = controlled(scenario).filter(|signal| !signals.contains(signal)) {
-        signals.push(signal);
+    for signal in controlled(scenario).into_iter().chain(stiction::signals(machine)) {
+        if !signals.contains(&signal) {
+            signals.push(signal);
+        }
     }
     signals
 }

@@ -52,6 +52,10 @@ impl Evidence<'_> {
         if !self.is_rendered {
             return self.commands.iter().any(|command| command.winds_up(self.force_n, first, band_n));
         }
+        // Without a guide that sticks, a command that moves on belongs to a slow motion within the band.
+        if !self.can_wind_up {
+            return false;
+        }
         // A motion is not a force: the tolerance of a command that holds it in place is a share of its own
         // size.
         let still = vec![0.0; self.t_s.len()];

@@ -72,8 +72,14 @@ fn records_of(effect: &str) -> Dataset {
 
 #[test]
 fn truth_bristles_are_named_where_records_resolve_them_and_dry_friction_is_not_called_bristles() {
-    let bristles = "[springs.guide.effects.lugre-friction]\nstiffness = 5.0e5\ndamping = 3000.0\ncoulomb = 4.0\n\
-                    static = 7.0\nvelocity = 5.0e-3\n";
+    let bristles = r"
+        [springs.guide.effects.lugre-friction]
+        stiffness = 5.0e5
+        damping = 3000.0
+        coulomb = 4.0
+        static = 7.0
+        velocity = 5.0e-3
+    ";
     let answer = diagnose(&records_of(bristles), &|_| {}).unwrap();
     let found = answer.effects.iter().find(|effect| effect.accepted).expect("an effect is named");
     assert_eq!(found.kind, Kind::LugreFriction);

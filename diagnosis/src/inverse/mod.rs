@@ -85,6 +85,11 @@ struct Shaped<'a> {
 }
 
 impl Shaped<'_> {
+    /// Whether a cause is a function of the command that can replace friction near a reversal.
+    fn replaces_friction(&self) -> bool {
+        self.shown.iter().any(|shown| matches!(shown.form, Form::Limit | Form::Deadband))
+    }
+
     /// Gain from command to force.
     fn gain(&self) -> f64 {
         let gains = self.shown.iter().zip(&self.shapes);
@@ -197,8 +202,12 @@ impl Inverse {
         let (terms, target) = self.balance(&self.fitted, &shaped, None);
         let coefficients = solve(&terms, &target)?;
         let unknowns: usize = causes.iter().map(|cause| cause.definition.parameters.len()).sum();
+        let mut nats = nats(&self.alone, &left);
+        if shaped.replaces_friction() {
+            nats = nats.min(self.nats_while_moving(&self.alone, &left));
+        }
         Some(Balanced {
-            nats: self.evidence(&self.alone, &left) - PER_UNKNOWN * unknowns as f64,
+            nats: nats - PER_UNKNOWN * unknowns as f64,
             values: self.values(&shaped, &coefficients),
             believed: self.factors(&shaped, &coefficients),
         })
@@ -221,7 +230,10 @@ impl Inverse {
                 for &shape in grid {
                     shaped.shapes[i] = shape;
                     let (terms, target) = self.balance(&self.fitted, &shaped, None);
-                    let squares = |x: Vec<f64>| groups(&squares(&terms, &x, &target), moving)[0].1;
+                    let squares = |x: Vec<f64>| {
+                        let squares = squares(&terms, &x, &target);
+                        if shaped.replaces_friction() { mean_where(&squares, moving) } else { mean(&squares) }
+                    };
                     let left = solve(&terms, &target).map_or(f64::INFINITY, squares);
                     if left < best {
                         (best, found) = (left, shape);
@@ -233,15 +245,13 @@ impl Inverse {
         Some(shaped)
     }
 
-    /// Evidence of the check experiments for square residuals `new` against `old`, nats. Rows near a reversal
-    /// are evidence against causes only. Friction is inexact there, so a limit, a dead band, a delay or a
-    /// smooth force would gain without being true.
-    fn evidence(&self, old: &[f64], new: &[f64]) -> f64 {
+    /// Evidence as [`nats`], of the rows in which the guide clearly moves in one direction. Friction is
+    /// the less exact near a reversal the larger it is. A law that replaces friction by a function of the
+    /// command, such as a limit or a dead band, would gain there without being true.
+    fn nats_while_moving(&self, old: &[f64], new: &[f64]) -> f64 {
         let [_, moving] = &self.moving;
-        let (old, new) = (groups(old, moving), groups(new, moving));
-        let [moving, turning] =
-            [0, 1].map(|i| 0.5 * old[i].0 / ROWS_PER_INDEPENDENT * (old[i].1 / new[i].1).ln());
-        moving + turning.min(0.0)
+        let share = moving.iter().filter(|moves| **moves).count() as f64 / moving.len().max(1) as f64;
+        share * nats_of(moving.len(), mean_where(old, moving), mean_where(new, moving))
     }
 
     /// Root mean square of the drive force on the check experiments.
@@ -389,6 +399,17 @@ fn moving_in(rows: &[Rows]) -> Vec<bool> {
     rows.iter().flat_map(of).map(|direction| direction.abs() > CLEARLY).collect()
 }
 
+/// Evidence of kept rows for square residuals `new` against `old`, nats.
+fn nats(old: &[f64], new: &[f64]) -> f64 {
+    nats_of(new.len(), mean(old), mean(new))
+}
+
+/// This evidence from the number of rows and the mean squares.
+fn nats_of(rows: usize, old: f64, new: f64) -> f64 {
+    let independent = rows as f64 / ROWS_PER_INDEPENDENT;
+    0.5 * independent * (old.max(f64::MIN_POSITIVE) / new.max(f64::MIN_POSITIVE)).ln()
+}
+
 fn squares(terms: &[Term], coefficients: &[f64], target: &[f64]) -> Vec<f64> {
     let made = sum(terms, coefficients, target.len());
     made.iter().zip(target).map(|(a, b)| (a - b).powi(2)).collect()
@@ -398,13 +419,11 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// Number and mean of the values where the guide moves, and of the others.
-fn groups(values: &[f64], moving: &[bool]) -> [(f64, f64); 2] {
-    [true, false].map(|is_moving| {
-        let group = values.iter().zip(moving).filter(|(_, moves)| **moves == is_moving);
-        let group: Vec<f64> = group.map(|(value, _)| *value).collect();
-        (group.len() as f64, mean(&group).max(f64::MIN_POSITIVE))
-    })
+/// Mean of the values where `counts`; infinite if there are none.
+fn mean_where(values: &[f64], counts: &[bool]) -> f64 {
+    let counted: Vec<f64> =
+        values.iter().zip(counts).filter(|(_, counts)| **counts).map(|(x, _)| *x).collect();
+    if counted.is_empty() { f64::INFINITY } else { mean(&counted) }
 }
 
 #[cfg(test)]

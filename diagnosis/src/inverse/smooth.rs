@@ -6,7 +6,7 @@ use feeler_plant::effects::Place;
 use super::family::Family;
 use super::rows::Rows;
 use super::solve::Term;
-use super::{Inverse, mean};
+use super::{Inverse, mean, nats};
 use crate::fit::candidates::Candidate;
 
 /// Nodes over the stroke between which a force that depends on position is linear.
@@ -37,7 +37,8 @@ impl Inverse {
         let of = |family: Family| {
             let with = self.squares(&shaped, Some(family))?;
             let share = 1.0 - mean(&with) / left.max(f64::MIN_POSITIVE);
-            let nats = self.evidence(&before, &with);
+            // Near reversals a force of any family makes up for friction that is inexact there.
+            let nats = nats(&before, &with).min(self.nats_while_moving(&before, &with));
             Some(Smooth { place: family.place(), nats, share, left: left.sqrt() / self.drive_force() })
         };
         Family::ALL.into_iter().filter_map(of).collect()

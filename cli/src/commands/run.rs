@@ -21,6 +21,8 @@ use crate::{pages, terminal, words};
 
 /// Interval between checks of a watched file.
 const CHECK_INTERVAL: Duration = Duration::from_millis(300);
+/// Time without a change after which a changed file is complete.
+const SETTLING: Duration = Duration::from_millis(50);
 
 pub(crate) fn run(arguments: &Run) -> crate::Result<()> {
     if !arguments.watch {
@@ -34,8 +36,16 @@ pub(crate) fn run(arguments: &Run) -> crate::Result<()> {
             let _ = failure.report();
         }
         terminal::complain(&format!("watching {}; Ctrl-C ends it", arguments.file.display()));
-        while watched.now() == watched {
+        let mut now = watched.now();
+        while now == watched {
             std::thread::sleep(CHECK_INTERVAL);
+            now = watched.now();
+        }
+        // An editor that empties a file before it writes may not have finished.
+        while now != watched {
+            watched = now;
+            std::thread::sleep(SETTLING);
+            now = watched.now();
         }
     }
 }

@@ -211,7 +211,7 @@ impl Judge<'_> {
     pub(crate) fn split(&self, accepted: &Scored) -> Option<Scored> {
         let is_sum = |cause: &Candidate| dossier(cause.definition.kind).parts.is_some();
         let i = accepted.causes.iter().position(is_sum)?;
-        let (sum, values) = (accepted.causes[i], self.values(accepted, i));
+        let (sum, values) = (accepted.causes[i], accepted.values(i));
         let known = dossier(sum.definition.kind);
         let new = known.parts?.into_iter().zip((known.split)(&values)?);
         let split = self.replaced(accepted, sum.site, &[i], &new.collect::<Vec<_>>())?;
@@ -227,13 +227,9 @@ impl Judge<'_> {
             let i = accepted.causes.iter().position(|cause| is(cause, first))?;
             let site = accepted.causes[i].site;
             let j = accepted.causes.iter().position(|cause| is(cause, second) && cause.site == site)?;
-            let values = (known.merge)([&self.values(accepted, i), &self.values(accepted, j)])?;
+            let values = (known.merge)([&accepted.values(i), &accepted.values(j)])?;
             self.replaced(accepted, site, &[i, j], &[(sum.kind, values)])
         })
-    }
-
-    fn values(&self, scored: &Scored, cause: usize) -> Vec<f64> {
-        scored.fitted.model.parameters(cause, &scored.fitted.theta)
     }
 
     /// The causes without `gone`, and with new ones on an element; `None` if values are out of range.

@@ -81,10 +81,11 @@ impl Judge<'_> {
         Errors { refit, after, noise, read, gap }
     }
 
-    /// The reasons why an answer is not called explained, and the proposed machine.
+    /// The reasons why an answer is not called explained, and the proposed machine. `sigma` are the deviations
+    /// of the accepted set's values.
     fn adequacy(
         &self,
-        accepted: &Scored,
+        (accepted, sigma): (&Scored, &[f64]),
         field: &Field,
         balanced: &[&Scored],
         attempts: &Attempts,
@@ -96,6 +97,7 @@ impl Judge<'_> {
         if !accepted.causes.is_empty() {
             adequacy.add_rivals(as_good_but_small(self, accepted, &all, &Criteria::default()));
         }
+        adequacy.add_rivals(self.maybe_absent(accepted, sigma));
         adequacy.add_untried(attempts.untried.len());
         if !adequacy.is_balanced {
             let mut left = unknown::unexplained(&self.search.calibrated, accepted);
@@ -123,13 +125,12 @@ impl Judge<'_> {
         let tried = [attempts.fitted.as_slice(), &attempts.screened].into_iter();
         let balanced: Vec<&Scored> =
             tried.flat_map(|tried| as_good(self, accepted, tried, &Criteria::default())).collect();
-        let (mut adequacy, machine) = self.adequacy(accepted, &field, &balanced, attempts, sizes);
+        let sigma = self.deviations(accepted);
+        let (adequacy, machine) = self.adequacy((accepted, &sigma), &field, &balanced, attempts, sizes);
         let adequate = !adequacy.is_short();
         if !adequate && !accepted.causes.is_empty() && adequacy.is_slight() {
             return self.answer(calibrated, &[], attempts);
         }
-        let sigma = self.deviations(accepted);
-        adequacy.add_rivals(self.maybe_absent(accepted, &sigma));
         let known = certainty(&adequacy);
         let mut effects = self.causes(accepted, &field, (known, &sigma), &attempts.fitted);
         let look_alikes = look_alikes(accepted, &field, &balanced, &effects, self.gain_or_mass(accepted));

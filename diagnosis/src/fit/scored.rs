@@ -29,6 +29,11 @@ pub(crate) struct Scored {
 }
 
 impl Scored {
+    /// The parameters of a cause.
+    pub(crate) fn values(&self, cause: usize) -> Vec<f64> {
+        self.fitted.model.parameters(cause, &self.fitted.theta)
+    }
+
     /// The causes that another set lacks, with their indices.
     pub(crate) fn beyond<'s>(&'s self, other: &Self) -> Vec<(usize, &'s Candidate)> {
         let is_own = |(_, cause): &(usize, &Candidate)| !other.causes.iter().any(|known| known.is(cause));

@@ -81,8 +81,8 @@ impl Judge<'_> {
         Errors { refit, after, noise, read, gap }
     }
 
-    /// The reasons why an answer is not called explained, and the proposed machine. `sigma` are the deviations
-    /// of the accepted set's values.
+    /// The reasons why an answer is not called explained, and the proposed machine. `sigma` holds the
+    /// deviations of the accepted set's values.
     fn adequacy(
         &self,
         (accepted, sigma): (&Scored, &[f64]),

@@ -97,7 +97,7 @@ impl Asked {
 
 /// Magnitude of the position-dependent force of the first cause; `None` if it has none.
 pub(crate) fn force_over_position(scored: &Scored) -> Option<f64> {
-    let values = scored.fitted.model.parameters(0, &scored.fitted.theta);
+    let values = scored.values(0);
     (dossier(scored.causes[0].definition.kind).force_over_position)(&values)
 }
 

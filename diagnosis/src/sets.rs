@@ -120,7 +120,7 @@ impl Judge<'_> {
         if let Some((single, nats)) = alone
             && nats > RIVAL_SHARE * own
         {
-            return Some((single.fitted.model.parameters(0, &single.fitted.theta), nats));
+            return Some((single.values(0), nats));
         }
         let is_alike = apart(gone.definition.kind, other.definition.kind).is_some();
         let inverse = self.search.task.inverse.as_ref().filter(|_| is_alike && self.weight > 0.0)?;
@@ -135,7 +135,7 @@ impl Judge<'_> {
         let mut best = scored;
         for i in 0..best.causes.len() {
             let outer = best.causes[i];
-            let values = best.fitted.model.parameters(i, &best.fitted.theta);
+            let values = best.values(i);
             let simpler = all.iter().filter(|inner| inner.site == outer.site).flat_map(|inner| {
                 nearest(outer.definition.kind, inner.definition.kind, &values)
                     .into_iter()

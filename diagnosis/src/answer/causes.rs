@@ -268,7 +268,7 @@ fn reaching(found: &mut Cause, values: &[f64]) {
 fn covering(mut found: Cause, cause: &Candidate, near: &[&Scored]) -> Cause {
     for set in near {
         let Some(i) = set.causes.iter().position(|own| own.is(cause)) else { continue };
-        let values = set.fitted.model.parameters(i, &set.fitted.theta);
+        let values = set.values(i);
         let rows = found.parameters.values_mut().zip(values).zip(cause.definition.parameters);
         // Different values of an angle or a signed parameter may mean the same.
         for ((estimate, value), _) in rows.filter(|(_, parameter)| parameter.scale == Scale::Log) {

@@ -26,7 +26,7 @@ pub(crate) fn enforce(
                 continue;
             }
             let last = fits[inner].causes.len() - 1;
-            let values = fits[inner].fitted.model.parameters(last, &fits[inner].fitted.theta);
+            let values = fits[inner].values(last);
             let Some(values) = embed(big.definition.kind, small.definition.kind, &values) else { continue };
             let (base, _) = fits[inner].fitted.model.without(last);
             let model = base.with(big.site, big.definition, &values);
@@ -54,7 +54,7 @@ pub(crate) fn lower(
     for outer in &outers {
         let Some(big) = outer.causes.last() else { continue };
         let last = outer.causes.len() - 1;
-        let values = outer.fitted.model.parameters(last, &outer.fitted.theta);
+        let values = outer.values(last);
         let (base, _) = outer.fitted.model.without(last);
         let inners: Vec<Scored> = fits.iter().chain(others.iter()).cloned().collect();
         for inner in inners {

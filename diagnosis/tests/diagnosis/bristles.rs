@@ -2,16 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
+use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::diagnose;
-use feeler_diagnosis::predict::Predictor;
-use feeler_files::Document;
-use feeler_plant::assembly::{Source, assemble};
 use feeler_plant::effects::Kind;
 
-use crate::Noise;
+use crate::recovery::{SPACING_S, recorded};
 
-const SPACING_S: f64 = 1e-3;
 const ROWS: usize = 2000;
 /// Bristles of the machine below bend by 14 um.
 const NOISE_M: f64 = 1e-8;
@@ -40,7 +36,6 @@ fn chirp(peak_n: f64, [from_hz, to_hz]: [f64; 2]) -> Vec<f64> {
 
 /// Records of the axis with an effect at its guide: five below the friction of 7 N, two far above.
 fn records_of(effect: &str) -> Dataset {
-    let machine = |text: &str| Document::parse(text, "axis.toml").expect("a machine").scenario.machine;
     let commands = [
         (chirp(3.0, [0.5, 5.0]), false),
         (chirp(12.0, [1.0, 3.0]), false),
@@ -50,24 +45,7 @@ fn records_of(effect: &str) -> Dataset {
         (chirp(3.2, [0.5, 6.0]), true),
         (chirp(20.0, [2.0, 4.0]), true),
     ];
-    let record = |(i, (command, is_check)): (usize, (Vec<f64>, bool))| {
-        let even = Record::even(format!("{i}.csv"), SPACING_S, vec![command], vec![vec![0.0; ROWS]]);
-        Record { is_check, ..even }
-    };
-    let records = commands.into_iter().enumerate().map(record).collect();
-    let channel =
-        Channel { column: "encoder".into(), source: Source::Sensor(0), noise: NOISE_M, resolution: 0.0 };
-    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(SPACING_S) }];
-    let mut dataset = Dataset::new("axis", machine(BELIEVED), drives, vec![channel], records);
-    let real = assemble(&machine(&format!("{BELIEVED}{effect}"))).expect("it assembles");
-    let mut noise = Noise(11);
-    for r in 0..dataset.records.len() {
-        let free = Predictor::new(real.clone(), &dataset, &dataset.records[r]).and_then(|mut run| run.free());
-        let mut series = free.expect("it moves").series;
-        series[0].iter_mut().for_each(|x| *x += NOISE_M * noise.draw());
-        dataset.records[r].series = series;
-    }
-    dataset
+    recorded([BELIEVED, &format!("{BELIEVED}{effect}")], &commands, &[NOISE_M])
 }
 
 #[test]

@@ -15,7 +15,7 @@ use feeler_plant::effects::Kind;
 
 use crate::Noise;
 
-const SPACING_S: f64 = 1e-3;
+pub(crate) const SPACING_S: f64 = 1e-3;
 const ROWS: usize = 1200;
 const ENCODER_NOISE_M: f64 = 2e-7;
 const ACCELERATION_NOISE_M_PER_S2: f64 = 0.03;
@@ -100,36 +100,41 @@ fn records_on(text: &str, effect: &str) -> Dataset {
 
 /// Records of machine `real`, as a dataset with the machine `believed`.
 fn records_between(believed: &str, real: &str) -> Dataset {
-    let believed = machine(believed);
-    let noises = &[ENCODER_NOISE_M, ACCELERATION_NOISE_M_PER_S2, ACCELERATION_NOISE_M_PER_S2]
-        [..believed.sensors.len()];
-    let channels: Vec<Channel> = believed
-        .sensors
-        .keys()
-        .zip(noises)
-        .enumerate()
-        .map(|(i, (name, &noise))| Channel {
-            column: name.clone(),
-            source: Source::Sensor(i),
-            noise,
-            resolution: 0.0,
-        })
-        .collect();
     let commands = [
-        multisine(90.0, 1.0, 150.0, 0.0),
-        multisine(80.0, 1.0, 150.0, 0.7),
-        multisine(25.0, 1.0, 60.0, 0.3),
-        multisine(30.0, 1.0, 60.0, 1.1),
-        multisine(60.0, 2.0, 150.0, 1.9),
-        multisine(35.0, 2.0, 150.0, 2.3),
+        (multisine(90.0, 1.0, 150.0, 0.0), false),
+        (multisine(80.0, 1.0, 150.0, 0.7), false),
+        (multisine(25.0, 1.0, 60.0, 0.3), false),
+        (multisine(30.0, 1.0, 60.0, 1.1), false),
+        (multisine(60.0, 2.0, 150.0, 1.9), true),
+        (multisine(35.0, 2.0, 150.0, 2.3), true),
     ];
-    let records = commands.into_iter().enumerate().map(|(i, command)| {
-        let series = vec![vec![0.0; ROWS]; noises.len()];
-        let record = Record::even(format!("multisine-{i}.csv"), SPACING_S, vec![command], series);
-        Record { engagement: Some(Engagement::Free), is_check: i >= 4, ..record }
-    });
+    let noises = [ENCODER_NOISE_M, ACCELERATION_NOISE_M_PER_S2, ACCELERATION_NOISE_M_PER_S2];
+    recorded([believed, real], &commands, &noises)
+}
+
+/// Records of machine `real` in free motion, one for each command, as a dataset with the machine `believed`.
+/// Commands for check experiments are marked; each sensor has its noise.
+pub(crate) fn recorded(
+    [believed, real]: [&str; 2],
+    commands: &[(Vec<f64>, bool)],
+    noises: &[f64],
+) -> Dataset {
+    let believed = machine(believed);
+    let channel = |(i, (name, &noise)): (usize, (&String, &f64))| Channel {
+        column: name.clone(),
+        source: Source::Sensor(i),
+        noise,
+        resolution: 0.0,
+    };
+    let channels: Vec<Channel> = believed.sensors.keys().zip(noises).enumerate().map(channel).collect();
+    let record = |(i, (command, is_check)): (usize, &(Vec<f64>, bool))| {
+        let series = vec![vec![0.0; command.len()]; channels.len()];
+        let record = Record::even(format!("{i}.csv"), SPACING_S, vec![command.clone()], series);
+        Record { engagement: Some(Engagement::Free), is_check: *is_check, ..record }
+    };
+    let records = commands.iter().enumerate().map(record).collect();
     let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(SPACING_S) }];
-    let mut dataset = Dataset::new("bench", believed, drives, channels, records.collect());
+    let mut dataset = Dataset::new("bench", believed, drives, channels, records);
     let real = machine(real);
     let mut noise = Noise(7);
     for r in 0..dataset.records.len() {

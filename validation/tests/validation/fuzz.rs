@@ -28,7 +28,8 @@ fn prop_mutated_files_are_refused_or_run_soon() {
     }
 }
 
-/// A case that keeps a processor busy for too long is late, one that ends is not, and a panic is an outcome of its own.
+/// A case that keeps a processor busy for too long is late, and one that ends is not. A panic is an outcome
+/// of its own.
 #[test]
 fn truth_a_case_that_does_not_end_is_late() {
     const SHORT_S: f64 = 0.05;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Subcommand, ValueHint};
+use feeler_diagnosis::Budget;
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
@@ -22,8 +23,7 @@ pub(crate) struct Diagnose {
     /// Folder for the results, made if absent [default: out/ and the name of the dataset]
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
-    /// Largest wall time: `90 s`, `3 min`, or `unlimited`. The report lists what was not tried
-    #[arg(long, value_name = "TIME", default_value = "120 s", value_parser = budget)]
+    #[command(flatten)]
     pub(crate) budget: BudgetTime,
     /// Print the changes to the believed machine, as lines of its file
     #[arg(long, conflicts_with = "json")]
@@ -36,14 +36,28 @@ pub(crate) struct Diagnose {
     pub(crate) json: bool,
 }
 
-/// Largest wall time of a diagnosis; `None` if it is unlimited.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct BudgetTime(pub(crate) Option<Duration>);
+#[derive(Args, Debug)]
+pub(crate) struct BudgetTime {
+    /// Largest wall time of a diagnosis: `90 s`, `3 min`, or `unlimited`. The report lists what was not tried
+    #[arg(long, value_name = "TIME", default_value = "120 s", value_parser = limit)]
+    budget: Limit,
+}
 
-fn budget(text: &str) -> Result<BudgetTime, String> {
+impl BudgetTime {
+    /// The budget, counted from now.
+    pub(crate) fn begin(&self) -> Budget {
+        self.budget.0.map_or_else(Budget::unlimited, Budget::of)
+    }
+}
+
+/// `None` if the time is unlimited.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Limit(Option<Duration>);
+
+fn limit(text: &str) -> Result<Limit, String> {
     let text = text.trim();
     if text == "unlimited" {
-        return Ok(BudgetTime(None));
+        return Ok(Limit(None));
     }
     let (number, factor) = match text.strip_suffix("min") {
         Some(minutes) => (minutes, 60.0),
@@ -51,7 +65,7 @@ fn budget(text: &str) -> Result<BudgetTime, String> {
     };
     let seconds = number.trim().parse::<f64>().ok().map(|number| number * factor);
     let time = seconds.filter(|seconds| *seconds > 0.0).and_then(|s| Duration::try_from_secs_f64(s).ok());
-    time.map(|time| BudgetTime(Some(time)))
+    time.map(|time| Limit(Some(time)))
         .ok_or_else(|| "not a time: write '90 s', '3 min' or 'unlimited'".into())
 }
 
@@ -113,6 +127,8 @@ pub(crate) struct BlindRun {
     /// Hide the last check experiment of each dataset from the diagnosis, if no others were held back
     #[arg(long)]
     pub(crate) hold_back: bool,
+    #[command(flatten)]
+    pub(crate) budget: BudgetTime,
 }
 
 #[derive(Args, Debug)]

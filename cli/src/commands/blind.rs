@@ -11,7 +11,7 @@ use feeler_diagnosis::blind::{
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::free_runs;
 use feeler_diagnosis::report::Diagnosis;
-use feeler_diagnosis::{DiagnosisError, closing, diagnose};
+use feeler_diagnosis::{DiagnosisError, closing, diagnose_within};
 use feeler_plant::effects::find;
 
 use crate::arguments::{Blind, BlindMake, BlindRun, BlindScore};
@@ -127,7 +127,7 @@ fn answer(arguments: &BlindRun, case: &Path, name: &str) -> Result<(Answered, Di
         None
     };
     let begun = Instant::now();
-    let diagnosis = diagnose(&dataset, &|_| {})?;
+    let diagnosis = diagnose_within(&dataset, arguments.budget.begin(), &|_| {})?;
     let wall_s = begun.elapsed().as_secs_f64();
     let closed_held_back = (held.as_ref())
         .and_then(|held| closing(held, &diagnosis.calibrated, &diagnosis.machine, &diagnosis.noise));

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use feeler_diagnosis::dataset::{Dataset, Record};
 use feeler_diagnosis::report::Verdict;
-use feeler_diagnosis::{Budget, Examination};
+use feeler_diagnosis::Examination;
 use feeler_files::{Commands, DatasetFile, Document, driven_to_toml, machine_to_toml, samples_csv};
 
 use crate::arguments::Diagnose;
@@ -21,7 +21,7 @@ use crate::{repaired, terminal};
 const MOST_RIVALS: usize = 4;
 
 pub(crate) fn run(arguments: &Diagnose) -> crate::Result<()> {
-    let budget = arguments.budget.0.map_or_else(Budget::unlimited, Budget::of);
+    let budget = arguments.budget.begin();
     let dataset = Dataset::load(&arguments.dataset)?.in_pieces();
     let folder =
         arguments.out.clone().unwrap_or_else(|| terminal::results::folder(&dataset.name, "diagnosis"));

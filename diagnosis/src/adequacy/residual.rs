@@ -211,6 +211,9 @@ fn frequency(records: &[Vec<Point>], rms: f64) -> ResidualTrace {
             let colour = around.iter().sum::<f64>() / around.len().max(1) as f64;
             let white = total / n;
             let beyond = (line - colour.max(white) * critical * n).max(0.0);
+            if lines.iter().enumerate().any(|(i, other)| is_apart(i, k) && *other > OTHERS * line) {
+                continue;
+            }
             let share = own * line / total.max(f64::MIN_POSITIVE);
             if beyond > 0.0 && share > best.share {
                 let rms_n = rms * (own * beyond / total).sqrt();
@@ -219,6 +222,18 @@ fn frequency(records: &[Vec<Point>], rms: f64) -> ResidualTrace {
         }
     }
     best
+}
+
+/// Largest ratio of any other line to a line that stands for one frequency. Pulses at every reversal, or at
+/// edges of the command between two rows, have many lines of similar height.
+const OTHERS: f64 = 0.3;
+
+/// Whether line `other` is neither a neighbour of line `of` nor one of its harmonics or fractions.
+fn is_apart(other: usize, of: usize) -> bool {
+    let [other, of] = [other + 1, of + 1];
+    let [low, high] = [other.min(of), other.max(of)];
+    let multiple = (high + low / 2) / low;
+    high.abs_diff(multiple * low) > multiple
 }
 
 /// Number of lines on either side that define the local noise level.
@@ -335,6 +350,13 @@ mod tests {
     fn truth_a_force_over_position_and_one_over_time_are_told() {
         assert!(found(|x, _, _| 3.0 * x.powi(3)).contains(&"position"));
         assert!(found(|_, _, t| 3.0 * (TAU * 7.0 * t).sin()).contains(&"one frequency"));
+    }
+
+    /// Pulses of alternating sign, all with the same time between two.
+    #[test]
+    fn truth_pulses_at_every_edge_are_not_one_frequency() {
+        let pulses = found(|_, _, t| if t % 1.1 < 0.04 { 25.0 * (TAU * t / 2.2).sin().signum() } else { 0.0 });
+        assert!(!pulses.contains(&"one frequency"), "{pulses:?}");
     }
 
     #[test]

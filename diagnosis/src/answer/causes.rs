@@ -97,15 +97,9 @@ impl Judge<'_> {
     /// predicts slightly better, so its evidence is at most that of the accepted set.
     fn weighed(&self, accepted: &Scored, rival: &Scored) -> f64 {
         let parameters = |scored: &Scored| scored.fitted.model.effect_parameters();
-        let is_outer = match (&accepted.beyond(rival)[..], &rival.beyond(accepted)[..]) {
-            ([(_, mine)], [(_, theirs)]) => {
-                mine.site == theirs.site && contains(theirs.definition.kind, mine.definition.kind)
-            }
-            _ => false,
-        };
         let more = if parameters(rival) > parameters(accepted) { PARSIMONY } else { 0.0 };
         let weighed = self.all(rival) - more;
-        if is_outer { weighed.min(self.all(accepted)) } else { weighed }
+        if is_outer(accepted, rival) { weighed.min(self.all(accepted)) } else { weighed }
     }
 
     /// Standard deviations of the fitted values, with the correlation time of residuals if time is left to
@@ -295,7 +289,13 @@ pub(super) fn look_alikes(
 ) -> Vec<[Kind; 2]> {
     let mut found: Vec<[Kind; 2]> = known.into_iter().collect();
     let best = field.evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let near = field.rivals(accepted).filter(|(.., evidence)| best - evidence < LOOK_ALIKE);
+    let own = field.sets.iter().zip(&field.evidence).find(|(set, _)| set.is_same(accepted));
+    let own = own.map_or(best, |(_, evidence)| *evidence);
+    // A law that contains the accepted one may predict clearly better, and still explain little more.
+    let is_near = |(rival, _, evidence): &(&Scored, f64, f64)| {
+        best - evidence < LOOK_ALIKE || is_outer(accepted, rival) && evidence - own > PARSIMONY
+    };
+    let near = field.rivals(accepted).filter(is_near);
     for (rival, ..) in field.rivals(accepted) {
         // Either part may instead be their sum.
         if let Some((sum, parts)) = sum_of(rival, accepted) {
@@ -354,6 +354,16 @@ fn may_be(outer: Kind, inner: Kind, values: &[&Estimate]) -> bool {
         rows.all(|(same, estimate)| (estimate.ci90[0]..=estimate.ci90[1]).contains(same))
     };
     levels.iter().filter_map(|values| embed(outer, inner, values)).any(is_within)
+}
+
+/// Whether a rival differs from the accepted set only by a law that contains an accepted law.
+fn is_outer(accepted: &Scored, rival: &Scored) -> bool {
+    match (&accepted.beyond(rival)[..], &rival.beyond(accepted)[..]) {
+        ([(_, mine)], [(_, theirs)]) => {
+            mine.site == theirs.site && contains(theirs.definition.kind, mine.definition.kind)
+        }
+        _ => false,
+    }
 }
 
 /// The cause of a rival that is the sum of two accepted ones, and these. Either may then be true, even if one

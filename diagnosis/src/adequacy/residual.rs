@@ -355,7 +355,8 @@ mod tests {
     /// Pulses of alternating sign, all with the same time between two.
     #[test]
     fn truth_pulses_at_every_edge_are_not_one_frequency() {
-        let pulses = found(|_, _, t| if t % 1.1 < 0.04 { 25.0 * (TAU * t / 2.2).sin().signum() } else { 0.0 });
+        let pulses =
+            found(|_, _, t| if t % 1.1 < 0.04 { 25.0 * (TAU * t / 2.2).sin().signum() } else { 0.0 });
         assert!(!pulses.contains(&"one frequency"), "{pulses:?}");
     }
 

@@ -25,7 +25,7 @@ pub use looped::Looped;
 pub(crate) use quantum::quantum;
 
 pub use fault::{Fault, FaultKind, Yardstick, in_words, problems};
-pub(crate) use scatter::{of_readings as scatter_of, of_series as scatter};
+pub(crate) use scatter::{of_command as command_scatter, of_readings as scatter_of};
 
 use std::path::Path;
 

@@ -9,7 +9,7 @@ use super::data::Record;
 /// Order of the differences. At an eighth of the sampling rate they reduce a motion to a thousandth, so that
 /// only noise and impacts remain.
 const ORDER: usize = 8;
-/// Binomial coefficient of twice the order over the order: the factor by which a difference multiplies the
+/// Binomial coefficient of twice this order over the order: the factor by which the differences multiply the
 /// variance of white noise.
 const GAIN: f64 = 12870.0;
 /// Ratio of a normal distribution's standard deviation to its median absolute value. A median ignores the few
@@ -19,9 +19,13 @@ const SIGMA_OVER_MEDIAN: f64 = 1.4826;
 /// Largest relative deviation of the rows that a difference spans from their usual number.
 const UNEVEN: f64 = 0.05;
 
-/// Standard deviation of white noise in a series.
-pub(crate) fn of_series(series: &[f64]) -> f64 {
-    middle(sizes(series))
+/// Standard deviation of white noise in a command: the least of several orders. A low order sees less of the
+/// jumps that friction leaves in a command at every reversal, a high order less of the motion.
+pub(crate) fn of_command(command: &[f64]) -> f64 {
+    [(3, 20.0), (5, 252.0), (ORDER, GAIN)]
+        .into_iter()
+        .map(|(order, gain)| middle(sizes(command, order), gain))
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// Standard deviation of white noise in the readings of a channel. Differences across bridged rows are
@@ -32,22 +36,23 @@ pub(crate) fn of_readings(record: &Record, channel: usize) -> f64 {
     let mut sorted = spans.clone();
     sorted.sort_unstable();
     let usual = sorted.get(sorted.len() / 2).map_or(0.0, |span| *span as f64);
-    let kept = sizes(&record.readings(channel)).into_iter().zip(spans);
-    middle(kept.filter(|(_, span)| *span as f64 <= (1.0 + UNEVEN) * usual).map(|(size, _)| size).collect())
+    let kept = sizes(&record.readings(channel), ORDER).into_iter().zip(spans);
+    let even = kept.filter(|(_, span)| *span as f64 <= (1.0 + UNEVEN) * usual);
+    middle(even.map(|(size, _)| size).collect(), GAIN)
 }
 
-/// Absolute values of the differences along a series.
-fn sizes(series: &[f64]) -> Vec<f64> {
+/// Absolute values of the differences of an order along a series.
+fn sizes(series: &[f64], order: usize) -> Vec<f64> {
     let mut differences = series.to_vec();
-    for _ in 0..ORDER {
+    for _ in 0..order {
         differences = differences.windows(2).map(|pair| pair[1] - pair[0]).collect();
     }
     differences.into_iter().map(f64::abs).collect()
 }
 
-fn middle(mut sizes: Vec<f64>) -> f64 {
+fn middle(mut sizes: Vec<f64>, gain: f64) -> f64 {
     sizes.sort_by(f64::total_cmp);
-    sizes.get(sizes.len() / 2).map_or(0.0, |middle| SIGMA_OVER_MEDIAN * middle / GAIN.sqrt())
+    sizes.get(sizes.len() / 2).map_or(0.0, |middle| SIGMA_OVER_MEDIAN * middle / gain.sqrt())
 }
 
 /// Standard deviation of white noise in a channel, from its readings in all experiments. It is the median
@@ -60,6 +65,8 @@ pub(super) fn of_channel(records: &[Record], channel: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
     use crate::chance::Chance;
     use crate::dataset::bridge::bridge;
@@ -93,19 +100,31 @@ mod tests {
             // About 800 differences in the first case; neighbouring ones share rows.
             let found = of_readings(&record(series.clone(), gaps), 0);
             assert!((found / SIGMA - 1.0).abs() < 0.2, "{found}");
-            assert!(of_series(&series) < 0.99 * found);
+            assert!(of_command(&series) < 0.99 * found);
         }
     }
 
     #[test]
     fn truth_scatter_is_the_noise_and_not_the_motion() {
         // Neighbouring differences share rows, so 4000 of them give the median to about four per cent.
-        assert!((of_series(&noisy(SIGMA)) / SIGMA - 1.0).abs() < 0.1);
+        assert!((of_command(&noisy(SIGMA)) / SIGMA - 1.0).abs() < 0.1);
         // A motion of amplitude 0.1 at 0.7 radians per row looks like noise of 0.1 (2 sin 0.35)^8 /
         // sqrt(12870).
-        assert!(of_series(&noisy(0.0)) < 1e-4);
+        assert!(of_command(&noisy(0.0)) < 1e-4);
         let records = [SIGMA, 0.0, 2.0 * SIGMA].map(|sigma| record(noisy(sigma), Vec::new()));
         assert!((of_channel(&records, 0) / SIGMA - 1.0).abs() < 0.1);
-        assert!(of_series(&[1.0; 4]).abs() < f64::EPSILON);
+        assert!(of_command(&[1.0; 4]).abs() < f64::EPSILON);
+    }
+
+    /// A command at 20 rows a period that friction makes jump in every tenth row.
+    #[test]
+    fn truth_jumps_at_reversals_are_no_noise_of_a_command() {
+        let mut chance = Chance::seeded(5);
+        let smooth = |k: usize| (0.1 * PI * k as f64).sin();
+        let command: Vec<f64> =
+            (0..4000).map(|k| smooth(k) + 3.0 * smooth(k + 5).signum() + SIGMA * chance.deviate()).collect();
+        let of_order = |order, gain| middle(sizes(&command, order), gain);
+        assert!(of_order(ORDER, GAIN) > 2.0 * SIGMA, "{}", of_order(ORDER, GAIN));
+        assert!(of_command(&command) < 1.5 * SIGMA, "{}", of_command(&command));
     }
 }

@@ -4,20 +4,22 @@ use feeler_plant::assembly::assemble;
 use feeler_plant::description::ActuatorKind;
 
 use crate::chance::Chance;
-use crate::dataset::{Dataset, Record, scatter};
+use crate::dataset::{Dataset, Record, command_scatter};
 
-/// White noise has the same scatter in every other row as in all rows. A smooth command has more scatter in
-/// every other row, and a command that holds its values has less. Beyond this ratio, either way, the scatter
-/// of a command is not noise.
-const AS_LARGE: f64 = 1.25;
+/// White noise has the same scatter in every other row as in all rows. A command that holds its values has
+/// less scatter there: beyond this ratio it is not noise.
+const HELD: f64 = 1.25;
+/// A smooth command has far more scatter in every other row: up to 256 times more. Beyond this ratio the
+/// scatter is not noise. Below it a smooth part is at most some percent of the noise.
+const SMOOTH: f64 = 3.0;
 /// Scatter of more than this share of a command (root mean square) belongs to the command.
 const MOST_NOISE: f64 = 0.3;
 
 /// Standard deviation of white noise in a command; zero if the scatter belongs to the command.
 pub(crate) fn command_noise(command: &[f64]) -> f64 {
     let every_other: Vec<f64> = command.iter().step_by(2).copied().collect();
-    let [all, other] = [command, &every_other].map(scatter);
-    let is_noise = other < AS_LARGE * all && all < AS_LARGE * other && all < MOST_NOISE * rms(command);
+    let [all, other] = [command, &every_other].map(command_scatter);
+    let is_noise = other < SMOOTH * all && all < HELD * other && all < MOST_NOISE * rms(command);
     if is_noise { all } else { 0.0 }
 }
 

@@ -7,6 +7,7 @@
 
 mod base;
 mod family;
+mod noise;
 mod rows;
 mod smooth;
 mod solve;
@@ -50,10 +51,7 @@ pub(crate) struct Inverse {
     pub(crate) weight: f64,
     /// Whether the command has measurement noise. It accumulates in predictions, but not in a balance.
     pub(crate) is_noisy: bool,
-    /// Whether the guide clearly moves in one direction, for every kept row of the fitted and of the check
-    /// experiments.
-    moving: [Vec<bool>; 2],
-    /// Square residuals of the calibrated machine on the check experiments.
+    /// Weighed square residuals of the calibrated machine on the check experiments.
     alone: Vec<f64>,
 }
 
@@ -74,9 +72,6 @@ pub(crate) struct Balanced {
 /// The believed machine alone.
 const NOTHING: Shaped<'static> = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
 
-/// Share of its level that friction has reached where the direction of motion is clear.
-const CLEARLY: f64 = 0.9;
-
 /// Causes with their shapes.
 struct Shaped<'a> {
     causes: &'a [Candidate],
@@ -85,11 +80,6 @@ struct Shaped<'a> {
 }
 
 impl Shaped<'_> {
-    /// Whether a cause is a function of the command that can replace friction near a reversal.
-    fn replaces_friction(&self) -> bool {
-        self.shown.iter().any(|shown| matches!(shown.form, Form::Limit | Form::Deadband))
-    }
-
     /// Gain from command to force.
     fn gain(&self) -> f64 {
         let gains = self.shown.iter().zip(&self.shapes);
@@ -139,11 +129,10 @@ impl Inverse {
         let span_s = (ends.fold(from_s, f64::max) - from_s).max(f64::MIN_POSITIVE);
         let (weight, is_noisy) = (weight(dataset), is_noisy(dataset));
         // Known once the presliding distance is.
-        let (moving, alone) = Default::default();
-        let mut inverse =
-            Self { base, fitted, checked, extent, from_s, span_s, weight, is_noisy, moving, alone };
+        let alone = Vec::new();
+        let mut inverse = Self { base, fitted, checked, extent, from_s, span_s, weight, is_noisy, alone };
         inverse.turn();
-        inverse.moving = [&inverse.fitted, &inverse.checked].map(|rows| moving_in(rows));
+        inverse.weigh_rows();
         inverse.alone = inverse.squares(&NOTHING, None)?;
         (mean(&inverse.alone) > 0.0).then_some(inverse)
     }
@@ -192,7 +181,7 @@ impl Inverse {
     /// machine alone, and with the causes.
     pub(crate) fn missing(&self, causes: &[Candidate]) -> Option<[f64; 2]> {
         let left = self.squares(&self.shaped(causes)?, None)?;
-        Some([&self.alone, &left].map(|left| mean(left).sqrt() / self.drive_force()))
+        Some([&self.alone, &left].map(|left| self.force(left) / self.drive_force()))
     }
 
     /// Balances a set of causes; `None` if the balance does not involve one of them.
@@ -202,12 +191,8 @@ impl Inverse {
         let (terms, target) = self.balance(&self.fitted, &shaped, None);
         let coefficients = solve(&terms, &target)?;
         let unknowns: usize = causes.iter().map(|cause| cause.definition.parameters.len()).sum();
-        let mut nats = nats(&self.alone, &left);
-        if shaped.replaces_friction() {
-            nats = nats.min(self.nats_while_moving(&self.alone, &left));
-        }
         Some(Balanced {
-            nats: nats - PER_UNKNOWN * unknowns as f64,
+            nats: nats(&self.alone, &left) - PER_UNKNOWN * unknowns as f64,
             values: self.values(&shaped, &coefficients),
             believed: self.factors(&shaped, &coefficients),
         })
@@ -222,7 +207,6 @@ impl Inverse {
         let grids: Vec<Vec<f64>> = shown.iter().map(|shown| (shown.shapes)(&self.extent)).collect();
         let shapes = grids.iter().map(|grid| grid[grid.len() / 2]).collect();
         let mut shaped = Shaped { causes, shown, shapes };
-        let [moving, _] = &self.moving;
         let mut best = f64::INFINITY;
         for _ in 0..if causes.len() > 1 { ROUNDS } else { 1 } {
             for (i, grid) in grids.iter().enumerate().filter(|(_, grid)| grid.len() > 1) {
@@ -230,11 +214,8 @@ impl Inverse {
                 for &shape in grid {
                     shaped.shapes[i] = shape;
                     let (terms, target) = self.balance(&self.fitted, &shaped, None);
-                    let squares = |x: Vec<f64>| {
-                        let squares = squares(&terms, &x, &target);
-                        if shaped.replaces_friction() { mean_where(&squares, moving) } else { mean(&squares) }
-                    };
-                    let left = solve(&terms, &target).map_or(f64::INFINITY, squares);
+                    let left =
+                        solve(&terms, &target).map_or(f64::INFINITY, |x| mean(&squares(&terms, &x, &target)));
                     if left < best {
                         (best, found) = (left, shape);
                     }
@@ -245,13 +226,10 @@ impl Inverse {
         Some(shaped)
     }
 
-    /// Evidence as [`nats`], of the rows in which the guide clearly moves in one direction. Friction is
-    /// the less exact near a reversal the larger it is. A law that replaces friction by a function of the
-    /// command, such as a limit or a dead band, would gain there without being true.
-    fn nats_while_moving(&self, old: &[f64], new: &[f64]) -> f64 {
-        let [_, moving] = &self.moving;
-        let share = moving.iter().filter(|moves| **moves).count() as f64 / moving.len().max(1) as f64;
-        share * nats_of(moving.len(), mean_where(old, moving), mean_where(new, moving))
+    /// Root mean square of a force on the check experiments, from its weighed squares.
+    fn force(&self, squares: &[f64]) -> f64 {
+        let weights = self.checked.iter().flat_map(|rows| &rows.weights);
+        mean(&squares.iter().zip(weights).map(|(x, weight)| x / (weight * weight)).collect::<Vec<_>>()).sqrt()
     }
 
     /// Root mean square of the drive force on the check experiments.
@@ -260,16 +238,17 @@ impl Inverse {
         rows::rms(&all).max(f64::MIN_POSITIVE)
     }
 
-    /// Square residuals on the check experiments of causes fitted on the others. A smooth force is included
+    /// Weighed square residuals on the check experiments of causes fitted on the others. A smooth force is included
     /// if given.
     fn squares(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> Option<Vec<f64>> {
         let [mut fitted, mut checked] =
             [&self.fitted, &self.checked].map(|rows| self.balance(rows, shaped, smooth));
         if smooth == Some(Family::Command) {
             let made = solve(&fitted.0, &fitted.1)?;
-            for (terms, target) in [&mut fitted, &mut checked] {
+            for ((terms, target), rows) in [(&mut fitted, &self.fitted), (&mut checked, &self.checked)] {
+                let weights: Vec<f64> = rows.iter().flat_map(|rows| rows.weights.iter().copied()).collect();
                 let command = sum(terms, &made, target.len());
-                terms.extend(self.drive_terms(&command));
+                terms.extend(self.drive_terms(&command, &weights));
             }
         }
         let coefficients = solve(&fitted.0, &fitted.1)?;
@@ -277,7 +256,7 @@ impl Inverse {
         mean(&squares).is_finite().then_some(squares)
     }
 
-    /// All terms of some experiments, and their target sum.
+    /// All weighed terms of some experiments, and their target sum.
     fn balance(&self, rows: &[Rows], shaped: &Shaped<'_>, smooth: Option<Family>) -> (Vec<Term>, Vec<f64>) {
         let mut joined: Option<(Vec<Term>, Vec<f64>)> = None;
         for rows in rows {
@@ -337,11 +316,11 @@ impl Inverse {
         terms.extend(of_command);
         terms.extend(smooth.into_iter().flat_map(|family| self.guide_terms(rows, family)));
         for term in &mut terms {
-            term.series = rows.thin(&term.series);
+            term.series = rows.weighed(&term.series);
         }
         let command =
             if limit.is_finite() { rows.command(|u| u.clamp(-limit, limit)) } else { rows.smooth.clone() };
-        (terms, rows.thin(&command))
+        (terms, rows.weighed(&command))
     }
 
     /// Extracts the parameters of the causes from all coefficients.
@@ -393,21 +372,10 @@ fn direction(command: f64, largest: f64) -> f64 {
     (command / (COMMAND_TURNS * largest).max(f64::MIN_POSITIVE)).tanh()
 }
 
-/// Whether the guide clearly moves in one direction, for every kept row.
-fn moving_in(rows: &[Rows]) -> Vec<bool> {
-    let of = |rows: &Rows| rows.thin(&rows.of_motion(0.0, |at| at.direction));
-    rows.iter().flat_map(of).map(|direction| direction.abs() > CLEARLY).collect()
-}
-
 /// Evidence of kept rows for square residuals `new` against `old`, nats.
 fn nats(old: &[f64], new: &[f64]) -> f64 {
-    nats_of(new.len(), mean(old), mean(new))
-}
-
-/// This evidence from the number of rows and the mean squares.
-fn nats_of(rows: usize, old: f64, new: f64) -> f64 {
-    let independent = rows as f64 / ROWS_PER_INDEPENDENT;
-    0.5 * independent * (old.max(f64::MIN_POSITIVE) / new.max(f64::MIN_POSITIVE)).ln()
+    let independent = new.len() as f64 / ROWS_PER_INDEPENDENT;
+    0.5 * independent * (mean(old).max(f64::MIN_POSITIVE) / mean(new).max(f64::MIN_POSITIVE)).ln()
 }
 
 fn squares(terms: &[Term], coefficients: &[f64], target: &[f64]) -> Vec<f64> {
@@ -417,13 +385,6 @@ fn squares(terms: &[Term], coefficients: &[f64], target: &[f64]) -> Vec<f64> {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-/// Mean of the values where `counts`; infinite if there are none.
-fn mean_where(values: &[f64], counts: &[bool]) -> f64 {
-    let counted: Vec<f64> =
-        values.iter().zip(counts).filter(|(_, counts)| **counts).map(|(x, _)| *x).collect();
-    if counted.is_empty() { f64::INFINITY } else { mean(&counted) }
 }
 
 #[cfg(test)]

@@ -50,6 +50,8 @@ pub(super) struct Rows {
     light_speed: Vec<f64>,
     /// See [`At::direction`].
     direction: Vec<f64>,
+    /// Weights of the kept rows.
+    pub(super) weights: Vec<f64>,
     /// See [`At::middle`].
     pub(super) middle: f64,
     /// Time of the first row, s.
@@ -76,7 +78,7 @@ impl Rows {
         let kept = ((1.0 / (corner_hz * spacing_s * KEPT_PER_CORNER)).round() as usize).max(1);
         let end = ((ENDS / (corner_hz * spacing_s)) as usize).min(position.len() / 4);
         let smooth = few(&smoothed(measured.command, corner_hz, measured_spacing_s));
-        Self {
+        let mut rows = Self {
             spacing_s,
             apart,
             corner_hz,
@@ -90,9 +92,12 @@ impl Rows {
             light_speed,
             speed: few(&speed),
             acceleration: few(&acceleration),
+            weights: Vec::new(),
             middle: 0.0,
             start_s: measured.start_s,
-        }
+        };
+        rows.weights = vec![1.0; rows.thin(&rows.speed).len()];
+        rows
     }
 
     pub(super) fn times_s(&self) -> Vec<f64> {
@@ -102,6 +107,11 @@ impl Rows {
     /// The kept rows of a series.
     pub(super) fn thin(&self, series: &[f64]) -> Vec<f64> {
         series[self.end..series.len() - self.end].iter().step_by(self.kept).copied().collect()
+    }
+
+    /// The kept rows of a series, times their weights.
+    pub(super) fn weighed(&self, series: &[f64]) -> Vec<f64> {
+        self.thin(series).iter().zip(&self.weights).map(|(x, weight)| x * weight).collect()
     }
 
     /// The low-passed command after `change` is applied to every row. What `change` leaves alone stays as in

@@ -37,19 +37,27 @@ impl Inverse {
         let of = |family: Family| {
             let with = self.squares(&shaped, Some(family))?;
             let share = 1.0 - mean(&with) / left.max(f64::MIN_POSITIVE);
-            // Near reversals a force of any family makes up for friction that is inexact there.
-            let nats = nats(&before, &with).min(self.nats_while_moving(&before, &with));
-            Some(Smooth { place: family.place(), nats, share, left: left.sqrt() / self.drive_force() })
+            let nats = nats(&before, &with);
+            Some(Smooth {
+                place: family.place(),
+                nats,
+                share,
+                left: self.force(&before) / self.drive_force(),
+            })
         };
         Family::ALL.into_iter().filter_map(of).collect()
     }
 
     /// The terms of a smooth force in the drive, a function of the command. `made` is the command that the
-    /// motion requires. With the measured command the terms would contain its noise, and would explain it.
-    pub(super) fn drive_terms(&self, made: &[f64]) -> Vec<Term> {
+    /// motion requires, times the rows' weights. With the measured command the terms would contain its noise, and
+    /// would explain it.
+    pub(super) fn drive_terms(&self, made: &[f64], weights: &[f64]) -> Vec<Term> {
         let largest = self.extent.command.max(f64::MIN_POSITIVE);
         let shapes: [fn(f64) -> f64; 3] = [|u| u * u, |u| u * u.abs(), |u| u * u * u];
-        let term = |f: fn(f64) -> f64| free(made.iter().map(|u| largest * f(u / largest)).collect());
+        let term = |f: fn(f64) -> f64| {
+            let of = |(u, weight): (&f64, &f64)| weight * largest * f(u / (weight * largest));
+            free(made.iter().zip(weights).map(of).collect())
+        };
         shapes.into_iter().map(term).collect()
     }
 
@@ -117,6 +125,6 @@ impl Inverse {
 }
 
 /// A term with a coefficient of either sign.
-fn free(series: Vec<f64>) -> Term {
+pub(super) fn free(series: Vec<f64>) -> Term {
     Term { series, low: f64::NEG_INFINITY, high: f64::INFINITY }
 }

@@ -1,0 +1,48 @@
+//! The noise of a balance of forces. Friction is inexact near a reversal in proportion to its level, so rows
+//! near reversals count less where friction is large.
+
+use super::family::Family;
+use super::rows::Rows;
+use super::smooth::free;
+use super::solve::solve;
+use super::{Inverse, NOTHING, squares};
+
+/// Share that friction lacks of its level, between classes of rows from clear motion to reversals.
+const CLASSES: [f64; 4] = [0.02, 0.1, 0.3, 0.6];
+/// Smallest number of rows that determine the noise of a class.
+const FEWEST: usize = 12;
+
+impl Inverse {
+    /// Weighs each kept row by the inverse of its deviation. The deviation of a class of rows is that of the
+    /// fitted experiments from a model that is flexible in mass, damping, friction and smooth forces.
+    pub(super) fn weigh_rows(&mut self) {
+        let classes = |rows: &Rows| -> Vec<usize> {
+            let lacks = rows.thin(&rows.of_motion(0.0, |at| 1.0 - at.direction.abs()));
+            lacks.iter().map(|lack| CLASSES.iter().filter(|bound| *lack > **bound).count()).collect()
+        };
+        let (mut terms, target) = self.balance(&self.fitted, &NOTHING, Some(Family::Motion));
+        for order in 0..2 {
+            let of = |rows: &Rows| rows.thin([&rows.acceleration, &rows.speed][order]);
+            terms.push(free(self.fitted.iter().flat_map(of).collect()));
+        }
+        let Some(found) = solve(&terms, &target) else { return };
+        let squares = squares(&terms, &found, &target);
+        let class: Vec<usize> = self.fitted.iter().flat_map(classes).collect();
+        let mut least = 0.0_f64;
+        let variances: Vec<f64> = (0..=CLASSES.len())
+            .map(|own| {
+                let of_class = class.iter().zip(&squares).filter(|(class, _)| **class == own);
+                let (count, sum) = of_class.fold((0, 0.0), |(count, sum), (_, x)| (count + 1, sum + x));
+                if count >= FEWEST {
+                    least = least.max(sum / count as f64);
+                }
+                least
+            })
+            .collect();
+        let clear = variances.iter().copied().find(|variance| *variance > 0.0).unwrap_or(1.0);
+        for rows in self.fitted.iter_mut().chain(&mut self.checked) {
+            rows.weights =
+                classes(rows).into_iter().map(|class| (clear / variances[class].max(clear)).sqrt()).collect();
+        }
+    }
+}

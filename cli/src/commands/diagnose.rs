@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use feeler_diagnosis::Examination;
 use feeler_diagnosis::dataset::{Dataset, Record};
 use feeler_diagnosis::report::Verdict;
-use feeler_diagnosis::Examination;
 use feeler_files::{Commands, DatasetFile, Document, driven_to_toml, machine_to_toml, samples_csv};
 
 use crate::arguments::Diagnose;

@@ -12,7 +12,7 @@ use super::file;
 use super::gaps::Gaps;
 use super::keys::arm::JOINTS;
 use super::keys::cell::ARM_FILE;
-use super::keys::{BASE, CELL, CELL_TABLES, EFFECTS, ELEMENTS, RUN_TABLE, TOLERANCE, TOP};
+use super::keys::{BASE, CELL, CELL_TABLES, EFFECTS, ELEMENTS, EXAMPLE_KEY, RUN_TABLE, TOLERANCE, TOP};
 use super::kind::{FileKind, foreign, refuse_other};
 use super::problem::{FormatError, Problems, unreadable};
 use super::read::join;
@@ -121,7 +121,7 @@ impl Draft {
                 &origin,
                 "",
                 format!("`{assignment}` sets nothing"),
-                "write KEY=VALUE, as in controllers.force.kp=0.8",
+                format!("write KEY=VALUE, as in {EXAMPLE_KEY}=0.8"),
             ));
         };
         let start = key.len() + 1 + (value.len() - value.trim_start().len());

@@ -4,7 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_engine::Scenario;
-use feeler_files::{Document, Draft};
+use feeler_files::{Document, Draft, EXAMPLE_KEY};
 use feeler_studies::glimpse::{Glimpse, Loci, theory};
 use feeler_studies::run::{self as runs, about_parquet};
 use rayon::prelude::*;
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     if documents.len() < 2 {
         return Err(BadInput::error(
             "one scenario alone cannot be compared",
-            "name another, or a variant of it, as in --set controllers.force.kp=0.4",
+            format!("name another, or a variant of it, as in --set {EXAMPLE_KEY}=0.4"),
         ));
     }
     let busy = Busy::new("running and analysing each");

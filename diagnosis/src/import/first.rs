@@ -5,7 +5,9 @@ use std::path::Path;
 
 use feeler_arm::JointBelief;
 use feeler_files::{Document, machine_to_toml};
-use feeler_plant::description::{Actuator, ActuatorKind, Axis, Body, GROUND, Machine, Quantity, Spring};
+use feeler_plant::description::{
+    Actuator, ActuatorKind, Axis, Body, GROUND, Machine, PositionServo, Quantity, Sensor, SignalName, Spring,
+};
 use feeler_plant::effects::{CoulombFriction, EffectUse};
 use feeler_problem::short;
 
@@ -96,12 +98,17 @@ fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String, Op
     (share, why, Some(OFF_BY_LAG))
 }
 
+fn written(kp: f64, kd: f64) -> String {
+    let [kp_key, kd_key] = [Actuator::SERVO_KP, Actuator::SERVO_KD].map(|field| field.key.name);
+    format!("{kp_key} {} and {kd_key} {}", short(kp), short(kd))
+}
+
 /// The gains of a servo that follows as the log shows.
 fn gains(joint: &JointBelief, inertia: f64, seen: &Seen) -> Gains {
     if let Some(kp) = joint.kp {
         let (share, why, tolerance) = believed_share(kp, joint, seen);
         let (kp, kd) = (share * kp, share * joint.kd);
-        return Gains { kp, kd, why: format!("kp {} and kd {}{why}", short(kp), short(kd)), tolerance };
+        return Gains { kp, kd, why: format!("{}{why}", written(kp, kd)), tolerance };
     }
     // The lag behind a target that comes with its speed is that of friction alone.
     let seen_s = seen.lag_s.filter(|lag| *lag > 0.0 && !seen.has_speed);
@@ -109,9 +116,8 @@ fn gains(joint: &JointBelief, inertia: f64, seen: &Seen) -> Gains {
     let omega = LAG_OMEGA / lag;
     let (kp, kd) = (inertia * omega.powi(2), (2.0 * inertia * omega - joint.damping).max(0.0));
     let why = format!(
-        "kp {} and kd {} are guesses: a critically damped loop that lags by {} ms{}",
-        short(kp),
-        short(kd),
+        "{} are guesses: a critically damped loop that lags by {} ms{}",
+        written(kp, kd),
         short(1e3 * lag),
         if seen_s.is_some() { ", as the position does" } else { "" }
     );
@@ -212,13 +218,14 @@ impl First {
                 Amount::Voltage => VOLTAGE,
             };
             assumptions.push(counted.into());
-            "kind = \"force\"".to_owned()
+            ActuatorKind::Force { bandwidth_hz: None }
         } else {
             let gains = gains(joint, inertia, seen);
             assumptions.push(gains.why);
             tolerance = gains.tolerance;
-            let (kp, kd) = (gains.kp, gains.kd);
-            format!("kind = \"position-servo\"\nkp = {kp:?}\nkd = {kd:?}")
+            let delay_s = joint.delay_s;
+            let servo = PositionServo { kp: gains.kp, kd: gains.kd, delay_s, ..PositionServo::default() };
+            ActuatorKind::PositionServo(servo)
         };
         let mut machine = Machine::new(if joint.name.is_empty() { BODY } else { &joint.name });
         let is_straight = belief.map_or(seen.is_straight, |belief| belief.is_straight);
@@ -227,42 +234,42 @@ impl First {
         if joint.friction > 0.0 {
             bearing.effects.push(EffectUse::of(CoulombFriction { level: joint.friction }));
         }
-        let machine = machine.with_body(BODY, Body::new(inertia)).with_spring(BEARING, bearing);
-        let mut text = machine_to_toml(&machine);
-        let _ = writeln!(text, "\n[actuators.{name}]\non = \"{BODY}\"\n{kind}");
-        if joint.delay_s > 0.0 && !is_force {
-            let _ = writeln!(text, "delay = {:?}", joint.delay_s);
-        }
-        if let Some(limit) = joint.effort_limit {
-            let _ = writeln!(text, "limit = {limit:?}");
-        }
+        let drive = |kind| Actuator { kind, ..Actuator::ideal(BODY, GROUND) };
+        let mut machine = machine
+            .with_body(BODY, Body::new(inertia))
+            .with_spring(BEARING, bearing)
+            .with_actuator(name, Actuator { limit_n: joint.effort_limit, ..drive(kind) });
         let (has_speed, has_lead) = (seen.has_speed && !is_force, seen.has_lead && !is_force);
-        for (name, kind) in
-            [has_speed.then_some((SPEED, "target-velocity")), has_lead.then_some((LEAD, "feed-forward"))]
-                .into_iter()
-                .flatten()
+        for (name, kind) in [
+            has_speed.then_some((SPEED, ActuatorKind::TargetVelocity)),
+            has_lead.then_some((LEAD, ActuatorKind::FeedForward)),
+        ]
+        .into_iter()
+        .flatten()
         {
-            let _ = writeln!(text, "\n[actuators.{name}]\non = \"{BODY}\"\nkind = \"{kind}\"");
+            machine = machine.with_actuator(name, drive(kind));
             assumptions.push(format!(
                 "the servo is assumed to use `{name}` with its targets; if it takes positions alone, \
                  remove [actuators.{name}] and its column"
             ));
         }
         if middle.is_some() {
-            let _ = writeln!(text, "\n[actuators.{LOAD}]\non = \"{BODY}\"\nkind = \"force\"");
+            machine = machine.with_actuator(LOAD, drive(ActuatorKind::Force { bandwidth_hz: None }));
             assumptions.push(
                 "the column `load` is the load of the weight and of the other joints' motion, from the \
                  masses of the model and the positions of the log"
                     .into(),
             );
         }
-        let _ = writeln!(text, "\n[sensors.{ENCODER}]\nreads = \"{BODY}.position\"");
+        let reads = SignalName::new(BODY, Quantity::Position);
+        machine = machine.with_sensor(ENCODER, Sensor { resolution: seen.step, ..Sensor::ideal(reads) });
         if let Some(step) = seen.step {
-            let _ = writeln!(text, "resolution = {step:?}");
             assumptions.push(format!("the encoder's step is {}, which its readings show", short(step)));
         }
+        let mut text = machine_to_toml(&machine);
         if let Some(tolerance) = tolerance {
-            let _ = writeln!(text, "\n[tolerance]\n\"actuators.{name}.kp\" = {tolerance:?}");
+            let kp = Actuator::SERVO_KP.key.name;
+            let _ = writeln!(text, "\n[tolerance]\n\"actuators.{name}.{kp}\" = {tolerance:?}");
         }
         Self {
             text,

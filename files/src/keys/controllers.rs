@@ -23,3 +23,6 @@ pub(crate) static CONTROLLERS: Element = Element {
     },
     hosts: &[HostKind::Controller],
 };
+
+/// A key of a file, as messages show one.
+pub const EXAMPLE_KEY: &str = "controllers.force.kp";

@@ -4,8 +4,8 @@ use feeler_catalogue::{Contents, Slot};
 use indexmap::IndexMap;
 
 use super::super::draft::Setting;
-use super::super::keys::AXIS;
 use super::super::keys::sweep::{AXES, AXIS_TOLERANCE, POINTS};
+use super::super::keys::{AXIS, EXAMPLE_KEY};
 use super::super::read::{Reader, join};
 use super::super::source::Origin;
 use super::super::tree::{Entry, Node, Table, Value};
@@ -82,9 +82,9 @@ pub(super) struct ReadAxis {
 
 pub(super) fn read_axes(reader: &mut Reader<'_>, root: &Table) -> IndexMap<String, ReadAxis> {
     let remedy =
-        "add [axes] with lines such as \"controllers.force.kp\" = { log = [0.05, 5.0], points = 64 }";
+        format!("add [axes] with lines such as \"{EXAMPLE_KEY}\" = {{ log = [0.05, 5.0], points = 64 }}");
     let mut axes = IndexMap::new();
-    let Some(node) = reader.problems.required(root, AXES, remedy) else { return axes };
+    let Some(node) = reader.problems.required(root, AXES, &remedy) else { return axes };
     let table = reader.problems.table(node, AXES, format!("write [{AXES}]"));
     if table.is_some_and(Table::is_empty) {
         reader.problems.add(&node.origin, AXES, "there are no axes", remedy);
@@ -117,7 +117,7 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
             &entry.key,
             path,
             "an axis's key needs quotes",
-            "write \"controllers.force.kp\" = { ... }",
+            format!("write \"{EXAMPLE_KEY}\" = {{ ... }}"),
         );
         return None;
     }

@@ -4,10 +4,15 @@ use std::fmt::Write as _;
 
 use feeler_analysis::{GainReport, Request, analyze};
 use feeler_arm::{Agreement, Branch, Landmark, Others, Reduction};
-use feeler_plant::effects::Kind;
+use feeler_control::{Approach, ControllerSpec, ForceGains, Law, ReferenceSpec};
+use feeler_engine::{ControllerUse, Scenario};
+use feeler_files::{ArmFile, Document, FormatError, to_toml};
+use feeler_plant::description::{
+    Actuator, ActuatorKind, Body, Contact, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
+};
+use feeler_plant::effects::{CoulombFriction, EffectUse};
 
 use super::error::ArmFileError;
-use feeler_files::{ArmFile, Document, FormatError};
 
 /// Gain in a written file, as a share of the largest stable gain.
 const GAIN_SHARE: f64 = 0.25;
@@ -15,6 +20,22 @@ const GAIN_SHARE: f64 = 0.25;
 const TRIED_GAIN: f64 = 0.1;
 /// Largest gain in a written file.
 const LARGEST_GAIN: f64 = 2.0;
+
+/// Names of the elements of a written file.
+const MOTOR: &str = "motor";
+const TIP: &str = "tip";
+const TOOL: &str = "tool";
+const DRIVE: &str = "drive";
+const FORCE: &str = "force";
+const ENCODER: &str = "encoder";
+/// Gap between tool and workpiece, and how the loop closes it and presses.
+const GAP_M: f64 = 1e-3;
+const SPEED_M_PER_S: f64 = 0.01;
+const TOUCH_N: f64 = 3.0;
+const REFERENCE_N: f64 = 20.0;
+const PERIOD_S: f64 = 1e-3;
+const DURATION_S: f64 = 2.0;
+const RECORD_RATE_HZ: f64 = 2e3;
 
 /// Smallest share of the path from drive to tool at which a warning names a mode.
 const SHARES: f64 = 0.1;
@@ -59,8 +80,8 @@ pub fn axis_file(
 ) -> Result<AxisFile, ArmFileError> {
     let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
     let (reduction, agreement) = file.arm.reduce_in_contact(pose, normal, others, touch)?;
-    let document = Document::parse(&axis_text(&reduction, contact, TRIED_GAIN), "axis.toml")
-        .map_err(|error| no_machine(&error))?;
+    let mut written = scenario(&reduction, contact, TRIED_GAIN);
+    let document = Document::parse(&to_toml(&written), "axis.toml").map_err(|error| no_machine(&error))?;
     let report = analyze(&document.scenario, &Request::default())?;
     let edge = largest_stable(report.gain());
     let gain = (GAIN_SHARE * edge).min(LARGEST_GAIN);
@@ -69,16 +90,11 @@ pub fn axis_file(
     if let Some(why) = distrust(&reduction, &agreement) {
         let _ = writeln!(text, "# Warning: {why}.");
     }
-    let name = format!("{}-axis", file.name);
     let held = if others == Others::Held { "other directions held" } else { "other directions free" };
-    let about = format!("The axis of {} at one pose along one normal, {held}", file.name);
-    let _ = write!(
-        text,
-        "name  = {}\nabout = {}\n\n{}",
-        quoted(&name),
-        quoted(&about),
-        axis_text(&reduction, contact, gain)
-    );
+    written = scenario(&reduction, contact, gain);
+    written.machine.name = format!("{}-axis", file.name);
+    written.machine.about = format!("The axis of {} at one pose along one normal, {held}", file.name);
+    text.push_str(&to_toml(&written));
     Ok(AxisFile { text, reduction, agreement, largest_gain: edge })
 }
 
@@ -135,10 +151,6 @@ pub fn gain_in_words(gain: f64) -> Option<&'static str> {
         gain if gain.is_infinite() => Some("every gain"),
         _ => None,
     }
-}
-
-fn quoted(text: &str) -> String {
-    toml::Value::String(text.to_owned()).to_string()
 }
 
 fn header(
@@ -217,72 +229,56 @@ fn bodies_note(axis: &Reduction) -> String {
     )
 }
 
-/// The machine and its force loop, unnamed.
-fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
-    let mut text = String::new();
-    let mut line = |line: String| {
-        text.push_str(&line);
-        text.push('\n');
-    };
-    line(format!(
-        "[bodies.motor]\nmass = {:?}\n\n[bodies.tip]\nmass = {:?}\n",
-        axis.motor_mass_kg, axis.tip_mass_kg
-    ));
-    line(format!(
-        "[springs.guide]\nbetween = [\"ground\", \"motor\"]\ndamping = {:?}\n",
-        axis.guide_damping_n_s_per_m
-    ));
+/// The machine and its force loop.
+fn scenario(axis: &Reduction, contact: ToolContact, gain: f64) -> Scenario {
+    let mut guide = Spring::new(GROUND, MOTOR, 0.0, axis.guide_damping_n_s_per_m);
     if axis.dry_friction_n > 0.0 {
-        line(format!(
-            "[springs.guide.effects.{}]\nlevel = {:?}\n",
-            Kind::CoulombFriction,
-            axis.dry_friction_n
-        ));
+        guide.effects.push(EffectUse::of(CoulombFriction { level: axis.dry_friction_n }));
     }
-    line(format!(
-        "[springs.transmission]\nbetween = [\"motor\", \"tip\"]\nstiffness = {:?}\ndamping = {:?}\n",
-        axis.stiffness_n_per_m, axis.damping_n_s_per_m
-    ));
+    let transmission = Spring::new(MOTOR, TIP, axis.stiffness_n_per_m, axis.damping_n_s_per_m);
+    let mut machine = Machine::default()
+        .with_body(MOTOR, Body::new(axis.motor_mass_kg))
+        .with_body(TIP, Body::new(axis.tip_mass_kg))
+        .with_spring("guide", guide)
+        .with_spring("transmission", transmission);
     for (number, branch) in (1..).zip(&axis.branches) {
-        line(format!("[bodies.branch-{number}]\nmass = {:?}\n", branch.mass_kg));
-        line(format!(
-            "[springs.branch-{number}]\nbetween = [\"motor\", \"branch-{number}\"]\nstiffness = \
-             {:?}\ndamping = {:?}\n",
-            branch.stiffness_n_per_m, branch.damping_n_s_per_m
-        ));
+        let name = format!("branch-{number}");
+        let held = Spring::new(MOTOR, &name, branch.stiffness_n_per_m, branch.damping_n_s_per_m);
+        let to_tool = Spring::new(&name, TIP, branch.to_tool_n_per_m, branch.to_tool_n_s_per_m);
+        machine = machine.with_body(&name, Body::new(branch.mass_kg)).with_spring(&name, held);
         if branch.is_linked() {
-            line(format!(
-                "[springs.branch-{number}-tool]\nbetween = [\"branch-{number}\", \"tip\"]\nstiffness = \
-                 {:?}\ndamping = {:?}\n",
-                branch.to_tool_n_per_m, branch.to_tool_n_s_per_m
-            ));
+            machine = machine.with_spring(format!("{name}-tool"), to_tool);
         }
     }
-    line(format!(
-        "[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nstiffness = {:?}\ndamping = {:?}\n\
-         gap = \"1 mm\"\n",
-        contact.stiffness_n_per_m, contact.damping_n_s_per_m
-    ));
-    line("[actuators.drive]\non = \"motor\"".into());
-    if let Some(limit) = axis.force_limit_n {
-        line(format!("limit = {limit:?}"));
-    }
-    if let Some(bandwidth) = axis.bandwidth_hz {
-        line(format!("bandwidth = {bandwidth:?}"));
-    }
-    line(
-        "\n[sensors.force]\nreads = \"tool.spring_force\"\n\n[sensors.encoder]\nreads = \"motor.position\"\n"
-            .into(),
-    );
-    line(format!(
-        "[controllers.force]\nlaw = \"explicit-force\"\nreads = \"force\"\nmotion = \"encoder\"\n\
-         drives = \"drive\"\nperiod = \"1 ms\"\nfeed_forward = 1.0\n\
-         kp = {gain:?}\napproach = {{ speed = \"10 mm/s\", until = \"3 N\" }}\nreference = 20.0\n"
-    ));
-    line(
-        "[run]\nduration = \"2 s\"\nrecord = [\"tool.force\", \"motor.position\", \"tip.position\", \
-         \"drive.command\", \"force.reading\"]\nrecord_rate = \"2 kHz\""
-            .into(),
-    );
-    text
+    let touched = Contact::kelvin_voigt(TIP, GROUND, contact.stiffness_n_per_m, contact.damping_n_s_per_m);
+    let drive = Actuator {
+        limit_n: axis.force_limit_n,
+        kind: ActuatorKind::Force { bandwidth_hz: axis.bandwidth_hz },
+        ..Actuator::ideal(MOTOR, GROUND)
+    };
+    let position = SignalName::new(MOTOR, Quantity::Position);
+    let machine = machine
+        .with_contact(TOOL, Contact { gap_m: GAP_M, ..touched })
+        .with_actuator(DRIVE, drive)
+        .with_sensor(FORCE, Sensor::ideal(SignalName::new(TOOL, Quantity::SpringForce)))
+        .with_sensor(ENCODER, Sensor::ideal(position.clone()));
+    let law = Law::ExplicitForce(ForceGains { feed_forward: 1.0, kp: gain, ..ForceGains::default() });
+    let spec = ControllerSpec {
+        approach: Some(Approach::new(SPEED_M_PER_S, TOUCH_N, 0.0)),
+        reference: ReferenceSpec::Constant(REFERENCE_N),
+        ..ControllerSpec::new(law, PERIOD_S)
+    };
+    let controller =
+        ControllerUse { motion: Some(ENCODER.into()), ..ControllerUse::new(spec, DRIVE).reading(FORCE) };
+    let recorded = [
+        SignalName::new(TOOL, Quantity::Force),
+        position,
+        SignalName::new(TIP, Quantity::Position),
+        SignalName::new(DRIVE, Quantity::Command),
+        SignalName::new(FORCE, Quantity::Reading),
+    ];
+    Scenario::new(machine)
+        .with_controller(FORCE, controller)
+        .lasting(DURATION_S)
+        .recording(recorded, RECORD_RATE_HZ)
 }

@@ -1,6 +1,7 @@
 //! Gains and signs with which a loop cannot work, and drives that several controllers command.
 
 use feeler_analysis::{ControlLoop, gain, gain_names};
+use feeler_catalogue::{Field, GainPart, KeyRole};
 use feeler_control::{Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, Scenario};
 use feeler_plant::assembly::Source;
@@ -15,32 +16,32 @@ const SLOW_PER_S: f64 = 1.0;
 
 /// Laws whose gains are all zero, and force laws that feed nothing back or follow nothing.
 pub(super) fn without_gains(scenario: &Scenario) -> Vec<Problem> {
-    let zero = |value: &f64| *value == 0.0;
     let of_controller = |(name, used): (&String, &ControllerUse)| {
         let law = &used.spec.law;
-        let names = gain_names(law);
-        let is_zero = |name: &&str| gain(&used.spec, name).is_ok_and(|value| zero(&value));
-        if matches!(law, Law::OpenLoop) {
-            return None;
-        }
-        let all_zero = |gains: [f64; 4]| gains.iter().all(zero);
-        let (doubt, remedy) = if names.iter().all(is_zero) {
-            (
+        let gains = law.gains();
+        let key = |part| law.gain(part).map_or("", |gain| gain.key.name);
+        let part = |gain: &&Field<Law>| match gain.role {
+            KeyRole::Gain { part, .. } if gain.number(law) != Some(0.0) => Some(part),
+            _ => None,
+        };
+        let acting: Vec<GainPart> = gains.iter().filter_map(part).collect();
+        let [kp, ki, damping, forward] =
+            [GainPart::Proportional, GainPart::Integral, GainPart::Damping, GainPart::Other].map(key);
+        let (doubt, remedy) = match (law, &acting[..]) {
+            (Law::OpenLoop, _) => return None,
+            (_, []) => (
                 format!("every gain of controller `{name}` is zero, so it never acts"),
-                format!("give it one of {}, or leave it out", names.join(", ")),
-            )
-        } else if matches!(law, Law::ExplicitForce(g) if all_zero([g.kp, g.ki, g.kd, g.damping])) {
-            (
-                format!("controller `{name}` has only feed_forward, so the force is not fed back"),
-                "give it kp or ki; law = \"open-loop\" says that no feedback is meant".to_owned(),
-            )
-        } else if matches!(law, Law::ExplicitForce(g) if all_zero([g.kp, g.ki, g.kd, g.feed_forward])) {
-            (
-                format!("controller `{name}` has only damping, so it follows no reference"),
-                "give it kp, ki or feed_forward".to_owned(),
-            )
-        } else {
-            return None;
+                format!("give it one of {}, or leave it out", gain_names(law).join(", ")),
+            ),
+            (Law::ExplicitForce(_), [GainPart::Other]) => (
+                format!("controller `{name}` has only {forward}, so the force is not fed back"),
+                format!("give it {kp} or {ki}; law = \"open-loop\" says that no feedback is meant"),
+            ),
+            (Law::ExplicitForce(_), [GainPart::Damping]) => (
+                format!("controller `{name}` has only {damping}, so it follows no reference"),
+                format!("give it {kp}, {ki} or {forward}"),
+            ),
+            _ => return None,
         };
         Some(Problem::new(format!("controllers.{name}"), doubt, remedy))
     };

@@ -25,7 +25,7 @@ pub(super) fn nothing_meets(spec: &Spec, nearest: Option<Figures>) -> TuneError 
     );
     refused(
         format!("no gains meet --spec ({}): {near}", asked.join(", ")),
-        "lower a limit, free more gains as in gains = kp+damping, or add +lead, +filter or +notch",
+        "lower a limit, free more gains by `gains`, or add +lead, +filter or +notch",
     )
 }
 
@@ -40,8 +40,7 @@ pub(super) fn nothing_settles(trouble: Option<Trouble>, spec: &Spec, axis: Axis)
                 limit.of.with_unit(limit.bound, axis)
             ),
             if spec.gains.is_none() {
-                "raise this limit, slow the approach (the impact counts too), or free more gains, as in \
-                 gains = kp+damping"
+                "raise this limit, slow the approach (the impact counts too), or free more gains by `gains`"
             } else {
                 "raise this limit, or slow the approach: the impact counts too"
             },

@@ -74,8 +74,13 @@ pub(crate) fn assess(
         short(Condition::Rivals, rivals::rounded(judge, accepted));
         short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
     }
-    // Causes that remove little of the error do not show its place. A balance without them may.
-    let alone = || if removes_little { balance::beyond(judge, calibrated, &criteria) } else { None };
+    // Causes that remove little of the error, or balance worse than a smooth force alone, do not show its
+    // place. A balance without them may.
+    let alone = || {
+        let own = accepted.balanced.as_ref().map_or(0.0, |balanced| balanced.nats);
+        let smooth = balance::beyond(judge, calibrated, &criteria);
+        smooth.filter(|smooth| removes_little || smooth.nats > own)
+    };
     Adequacy {
         criteria,
         horizons,

@@ -128,7 +128,9 @@ impl Judge<'_> {
         let sigma = self.deviations(accepted);
         let (adequacy, machine) = self.adequacy((accepted, &sigma), &field, &balanced, attempts, sizes);
         let adequate = !adequacy.is_short();
-        if !adequate && !accepted.causes.is_empty() && adequacy.is_slight() {
+        // Causes that make short predictions worse than calibration does explain nothing.
+        let is_worse = gap.after > adequacy.criteria.most_worsening * gap.refit;
+        if !adequate && !accepted.causes.is_empty() && (adequacy.is_slight() || is_worse) {
             return self.answer(calibrated, &[], attempts);
         }
         let known = certainty(&adequacy);

@@ -117,10 +117,7 @@ impl Document {
         }
         let top = top_fields(&draft, &mut problems);
         let axis = top.value(&AXIS_KIND).unwrap_or_default();
-        let stem = Path::new(&draft.sources.0[draft.main].name)
-            .file_stem()
-            .map(|stem| stem.to_string_lossy().into_owned());
-        let name = top.value(&NAME).or(stem).unwrap_or_default();
+        let name = draft.name(top.value(&NAME));
         let mut builder = Builder::new(&draft, &mut problems, axis);
         let machine = Machine { name, about: top.value(&ABOUT).unwrap_or_default(), ..builder.machine() };
         names::check(&draft.root, &mut problems);

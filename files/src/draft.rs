@@ -12,12 +12,12 @@ use super::file;
 use super::gaps::Gaps;
 use super::keys::arm::JOINTS;
 use super::keys::cell::ARM_FILE;
-use super::keys::{BASE, CELL, CELL_TABLES, EFFECTS, ELEMENTS, EXAMPLE_KEY, RUN_TABLE, TOLERANCE, TOP};
+use super::keys::{BASE, CELL, CELL_TABLES, EFFECTS, ELEMENTS, EXAMPLE_KEY, NAME, RUN_TABLE, TOLERANCE, TOP};
 use super::kind::{FileKind, foreign, refuse_other};
 use super::problem::{FormatError, Problems, unreadable};
 use super::read::join;
 use super::source::{self, OVERRIDE, Origin, Source, Sources};
-use super::tree::{Entry, Node, Table, Value, entry_mut, from_table, from_value};
+use super::tree::{Entry, Node, Table, Value, entry_mut, from_table, from_value, place};
 
 /// Largest size of a file, bytes. Machine files are a few kilobytes; a larger file is of another kind.
 const LARGEST_FILE: u64 = 16 << 20;
@@ -68,6 +68,15 @@ impl Draft {
         refuse_other(&table, FileKind::Scenario, &draft.sources)?;
         draft.root = draft.on_base(table, 1)?;
         Ok(draft)
+    }
+
+    /// The name of the file: the stated one, or that of the file itself. The name of a base file is that of
+    /// another file; two files of one name would share a folder of results.
+    pub(crate) fn name(&self, stated: Option<String>) -> String {
+        let source = place(&self.root, NAME.name).source;
+        let is_own = source == self.main || self.sources.0[source].name == OVERRIDE;
+        let stem = || Path::new(&self.sources.0[self.main].name).file_stem()?.to_str().map(str::to_owned);
+        stated.filter(|_| is_own).or_else(stem).unwrap_or_default()
     }
 
     /// Merges a table over the base machine that it names.

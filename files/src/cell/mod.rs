@@ -136,11 +136,8 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
     if problems.is_empty() {
         check(&cell, draft, problems);
     }
-    let stem = Path::new(&draft.sources.0[draft.main].name)
-        .file_stem()
-        .map(|stem| stem.to_string_lossy().into_owned());
     Ok(Some(CellFile {
-        name: fields.value(&NAME).or(stem).unwrap_or_default(),
+        name: draft.name(fields.value(&NAME)),
         about: fields.value(&ABOUT).unwrap_or_default(),
         record_rate_hz: cell.scenario.run.record_rate_hz.unwrap_or(RECORD_RATE_HZ),
         text: draft.sources.0[draft.main].text.to_string(),

@@ -42,7 +42,11 @@ pub(crate) static RUN: Keys = Keys { keys: keys!(RunSettings::FIELDS), choice: N
 pub(crate) static ELEMENTS: [&Element; 6] =
     [&BODIES, &SPRINGS, &CONTACTS, &ACTUATORS, &SENSORS, &CONTROLLERS];
 
-pub(crate) const NAME: Key = optional("name", KeyKind::Text, "short name; the file's own if absent");
+pub(crate) const NAME: Key = optional(
+    "name",
+    KeyKind::Text,
+    "short name; that of the file itself if absent, never that of a base file",
+);
 pub(crate) const ABOUT: Key = optional("about", KeyKind::Text, "what it is for, in one or two sentences");
 pub(crate) const AXIS_KIND: Key = Key {
     name: "axis",

@@ -35,6 +35,18 @@ fn truth_a_file_builds_on_a_machine() {
     assert_eq!(scenario.controllers["force"].spec.reference, ReferenceSpec::Constant(5.0));
 }
 
+/// Two files of one name would share a folder of results.
+#[test]
+fn truth_the_name_of_a_base_is_not_that_of_the_file() {
+    let base = format!("name = \"base\"\n{}", COMPLETE.replacen("name = ", "about = ", 1));
+    let folder = folder(&[("base.toml", &base), ("over.toml", "machine = \"base.toml\"\n")]);
+    let mut draft = Draft::load(&folder.path().join("over.toml")).unwrap();
+    let name = |draft: &Draft| draft.clone().build().unwrap().scenario.machine.name;
+    assert_eq!(name(&draft), "over");
+    draft.set("name=other").unwrap();
+    assert_eq!(name(&draft), "other");
+}
+
 #[test]
 fn truth_a_mistake_in_the_base_names_the_base() {
     let folder = folder(&[

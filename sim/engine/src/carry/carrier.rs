@@ -185,14 +185,14 @@ impl<L: Lane> Carrier<L> {
             self.leave_behind(lanes, index, !travelling);
         }
         let mut together = travelling;
-        let most_parts = self.transitions[index].most_parts;
+        let most_parts = self.transitions[index].rows.most_parts;
         self.product.resize(self.transitions[index].padded_rows(), L::zero());
         for part in 0..most_parts {
             let transition = &self.transitions[index];
             let here = if most_parts == 1 {
                 together
             } else {
-                together & L::Mask::from_fn(|l| part < transition.parts[l])
+                together & L::Mask::from_fn(|l| part < transition.rows.parts[l])
             };
             if !here.any() {
                 break;
@@ -240,7 +240,7 @@ impl<L: Lane> Carrier<L> {
                     PeakWithin::At { s, force_n } => lanes.peaks[i].rise_to(l, from_s + s, force_n),
                     PeakWithin::Unclear => {
                         take_lane(&lanes.xi, l, &mut lanes.scratch);
-                        let part_fs = transition.span_fs / transition.parts[l];
+                        let part_fs = transition.span_fs / transition.rows.parts[l];
                         core.exchange_peaks(&mut lanes.peaks, l, |core| {
                             core.peak(&mut lanes.scratch, from_s, part_fs)
                         })?;
@@ -264,7 +264,7 @@ impl<L: Lane> Carrier<L> {
     fn stop_before(&mut self, lanes: &Lanes<L>, index: usize, part: u64, stopped: L::Mask) {
         let transition = &self.transitions[index];
         let span_s = transition.span_fs as f64 / FEMTOSECONDS;
-        let (parts, note_parts) = (transition.parts.clone(), transition.note_parts.clone());
+        let (parts, note_parts) = (transition.rows.parts.clone(), transition.rows.note_parts.clone());
         self.send_alone(lanes, stopped, span_s, |l| Gone {
             gone_s: span_s * part as f64 / parts[l] as f64,
             has_noted: part > note_parts[l],

@@ -13,6 +13,10 @@ const SAME_SPAN_S: f64 = 0.49e-15;
 /// Value for the time of a note if there is none.
 const NO_NOTE_S: f64 = -1.0;
 
+/// Modes whose rows a lone lane keeps. A guide that sticks and slips in contact returns to a few of them with
+/// every switch.
+const MODES_KEPT: usize = 16;
+
 /// Carries every lane over the same span, each in its own mode.
 #[derive(Debug)]
 pub(crate) struct Transition<L: Lane> {
@@ -22,23 +26,31 @@ pub(crate) struct Transition<L: Lane> {
     pub(crate) note_fs: Option<u64>,
     /// Time from the start to the note, s; negative without a note.
     note_s: f64,
-    /// Part of the span of each lane that contains the note.
-    pub(crate) note_parts: Vec<u64>,
     /// The signals to note.
     noted: Vec<usize>,
     /// Formation of the lanes (see [`crate::carry::formation`]) for which the rows were last checked.
     filled_at: u64,
+    width: usize,
+    states: usize,
+    pub(crate) rows: Rows<L>,
+    /// Rows of earlier modes of a lone lane, the last ones used last. Several lanes have none.
+    kept: Vec<Rows<L>>,
+}
+
+/// The rows of all lanes in their modes, and what follows from these modes.
+#[derive(Debug)]
+pub(crate) struct Rows<L: Lane> {
     /// Flow of each lane for which the rows were filled in.
     filled_for: Vec<usize>,
     /// Number of equal parts into which each lane divides the span so that no event is missed between
     /// evaluations.
     pub(crate) parts: Vec<u64>,
     pub(crate) most_parts: u64,
+    /// Part of the span of each lane that contains the note.
+    pub(crate) note_parts: Vec<u64>,
     /// Length of these parts, s.
     part_s: L,
     matrix: Blocks<L>,
-    width: usize,
-    states: usize,
     /// Largest number of lines that the matrix can hold.
     lines: usize,
     /// First rows of the signals, and of the noted signals.
@@ -47,9 +59,28 @@ pub(crate) struct Transition<L: Lane> {
     /// Lanes in which the first lines, those of contacts with peaks, are guards, and lanes in which they are
     /// forces.
     guarding: Vec<L::Mask>,
-    pub(crate) pushing: Vec<L::Mask>,
+    pushing: Vec<L::Mask>,
     /// Lanes that travel farther in one part than [`Flow::evaluations`] allows, because they have no guards.
     rough: L::Mask,
+}
+
+impl<L: Lane> Rows<L> {
+    fn new(width: usize) -> Self {
+        Self {
+            filled_for: vec![usize::MAX; L::WIDTH],
+            parts: vec![1; L::WIDTH],
+            most_parts: 1,
+            note_parts: vec![0; L::WIDTH],
+            part_s: L::zero(),
+            matrix: Blocks::zeros(0, width),
+            lines: 0,
+            signals_from: 0,
+            noted_from: 0,
+            guarding: Vec::new(),
+            pushing: Vec::new(),
+            rough: L::Mask::splat(false),
+        }
+    }
 }
 
 impl<L: Lane> Transition<L> {
@@ -62,22 +93,12 @@ impl<L: Lane> Transition<L> {
             span_s: span_fs as f64 * 1e-15,
             note_fs,
             note_s: note_fs.map_or(NO_NOTE_S, |note_fs| note_fs as f64 * 1e-15),
-            note_parts: vec![0; L::WIDTH],
             noted: if note_fs.is_some() { signals.to_vec() } else { Vec::new() },
             filled_at: 0,
-            filled_for: vec![usize::MAX; L::WIDTH],
-            parts: vec![1; L::WIDTH],
-            most_parts: 1,
-            part_s: L::zero(),
-            matrix: Blocks::zeros(0, width),
             width,
             states,
-            lines: 0,
-            signals_from: 0,
-            noted_from: 0,
-            guarding: Vec::new(),
-            pushing: Vec::new(),
-            rough: L::Mask::splat(false),
+            rows: Rows::new(width),
+            kept: Vec::new(),
         }
     }
 
@@ -90,7 +111,7 @@ impl<L: Lane> Transition<L> {
 
     /// Rows of the product, padded.
     pub(crate) fn padded_rows(&self) -> usize {
-        self.matrix.padded_rows()
+        self.rows.matrix.padded_rows()
     }
 
     /// Fills in the rows of lanes whose mode has changed since the last call.
@@ -103,23 +124,40 @@ impl<L: Lane> Transition<L> {
         self.fill(lanes)
     }
 
+    /// A lone lane changes its rows for those of its mode. Returns whether they are known.
+    fn recall(&mut self, lane: &LaneCore) -> bool {
+        if lane.has_ended() || self.rows.filled_for[0] == lane.current {
+            return false;
+        }
+        let known = self.kept.iter().position(|rows| rows.filled_for[0] == lane.current);
+        let next = known.map_or_else(|| Rows::new(self.width), |i| self.kept.remove(i));
+        if self.kept.len() == MODES_KEPT {
+            self.kept.remove(0);
+        }
+        self.kept.push(std::mem::replace(&mut self.rows, next));
+        known.is_some()
+    }
+
     #[cold]
     fn fill(&mut self, lanes: &mut [LaneCore]) -> Result<(), EngineError> {
-        let most = lanes.iter().map(|lane| lane.flow().lines.len()).max().unwrap_or(0);
-        if most > self.lines || self.signals_from == 0 {
-            self.lines = most;
-            let flow = lanes[0].flow();
-            self.signals_from = self.states + ROWS_PER_LINE * most + ROWS_PER_BEND * flow.pushing.len();
-            self.noted_from = self.signals_from + flow.signals.len();
-            self.matrix = Blocks::zeros(self.noted_from + self.noted.len(), self.width);
-            self.filled_for.fill(usize::MAX);
+        if L::WIDTH == 1 && self.recall(&lanes[0]) {
+            return Ok(());
         }
-        let mut rough: Vec<bool> = (0..L::WIDTH).map(|l| self.rough.test(l)).collect();
+        let most = lanes.iter().map(|lane| lane.flow().lines.len()).max().unwrap_or(0);
+        if most > self.rows.lines || self.rows.signals_from == 0 {
+            self.rows.lines = most;
+            let flow = lanes[0].flow();
+            self.rows.signals_from = self.states + ROWS_PER_LINE * most + ROWS_PER_BEND * flow.pushing.len();
+            self.rows.noted_from = self.rows.signals_from + flow.signals.len();
+            self.rows.matrix = Blocks::zeros(self.rows.noted_from + self.noted.len(), self.width);
+            self.rows.filled_for.fill(usize::MAX);
+        }
+        let mut rough: Vec<bool> = (0..L::WIDTH).map(|l| self.rows.rough.test(l)).collect();
         for (l, lane) in lanes.iter_mut().enumerate() {
-            if self.filled_for[l] == lane.current || lane.has_ended() {
+            if self.rows.filled_for[l] == lane.current || lane.has_ended() {
                 continue;
             }
-            self.filled_for[l] = lane.current;
+            self.rows.filled_for[l] = lane.current;
             let flow = lane.flow_mut();
             if !flow.linear {
                 continue;
@@ -128,23 +166,23 @@ impl<L: Lane> Transition<L> {
             // Without guards only peaks need evaluations, and these have their own check.
             let is_guarded = flow.lines.iter().any(|line| line.is_guard);
             let evaluations = flow.evaluations(span_s)?;
-            self.parts[l] = if is_guarded { evaluations } else { 1 };
+            self.rows.parts[l] = if is_guarded { evaluations } else { 1 };
             rough[l] = !is_guarded && evaluations > 1;
-            self.part_s.set_lane(l, span_s / self.parts[l] as f64);
+            self.rows.part_s.set_lane(l, span_s / self.rows.parts[l] as f64);
             let own = self.states + ROWS_PER_LINE * flow.lines.len();
-            let room = self.states + ROWS_PER_LINE * self.lines;
+            let room = self.states + ROWS_PER_LINE * self.rows.lines;
             for (i, row) in
-                flow.transition(self.span_fs / self.parts[l])?.chunks_exact(self.width).enumerate()
+                flow.transition(self.span_fs / self.rows.parts[l])?.chunks_exact(self.width).enumerate()
             {
-                self.matrix.set_row(l, if i < own { i } else { room + i - own }, row);
+                self.rows.matrix.set_row(l, if i < own { i } else { room + i - own }, row);
             }
             if let Some(note_fs) = self.note_fs {
-                let part_fs = self.span_fs / self.parts[l];
-                let part = (note_fs / part_fs).min(self.parts[l] - 1);
-                self.note_parts[l] = part;
+                let part_fs = self.span_fs / self.rows.parts[l];
+                let part = (note_fs / part_fs).min(self.rows.parts[l] - 1);
+                self.rows.note_parts[l] = part;
                 let rows = flow.noted(note_fs - part * part_fs, &self.noted)?;
                 for (i, row) in rows.chunks_exact(self.width).enumerate() {
-                    self.matrix.set_row(l, self.noted_from + i, row);
+                    self.rows.matrix.set_row(l, self.rows.noted_from + i, row);
                 }
             }
             // Lines that this lane does not have read 1 at both ends.
@@ -152,17 +190,17 @@ impl<L: Lane> Transition<L> {
             one[self.width - 1] = 1.0;
             for i in own..room {
                 let is_value = matches!((i - self.states) % ROWS_PER_LINE, 0 | 3);
-                self.matrix.set_row(l, i, if is_value { &one } else { &[] });
+                self.rows.matrix.set_row(l, i, if is_value { &one } else { &[] });
             }
         }
-        self.rough = L::Mask::from_fn(|l| rough[l]);
+        self.rows.rough = L::Mask::from_fn(|l| rough[l]);
         let of_contacts = |is: &dyn Fn(&Flow, usize) -> bool| {
             let contacts = lanes[0].flow().pushing.len();
             (0..contacts).map(|c| L::Mask::from_fn(|l| is(lanes[l].flow(), c))).collect()
         };
-        self.guarding = of_contacts(&|flow, c| flow.lines[c].is_guard);
-        self.pushing = of_contacts(&|flow, c| flow.pushing[c]);
-        self.most_parts = self.parts.iter().copied().max().unwrap_or(1);
+        self.rows.guarding = of_contacts(&|flow, c| flow.lines[c].is_guard);
+        self.rows.pushing = of_contacts(&|flow, c| flow.pushing[c]);
+        self.rows.most_parts = self.rows.parts.iter().copied().max().unwrap_or(1);
         Ok(())
     }
 
@@ -172,14 +210,14 @@ impl<L: Lane> Transition<L> {
     fn suspects(&self, y: &[L]) -> L::Mask {
         let zero = L::zero();
         let mut suspect = L::Mask::splat(false);
-        for (i, line) in y[self.states..].chunks_exact(ROWS_PER_LINE).take(self.lines).enumerate() {
+        for (i, line) in y[self.states..].chunks_exact(ROWS_PER_LINE).take(self.rows.lines).enumerate() {
             let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
             // The tangents at both ends meet below zero (see `polynomial::Polynomial::dip`).
             let below =
-                (slope_end * start - slope_start * end + slope_start * slope_end * self.part_s).lt(zero);
+                (slope_end * start - slope_start * end + slope_start * slope_end * self.rows.part_s).lt(zero);
             let dips = slope_start.lt(zero) & slope_end.gt(zero) & below;
             let crossed = end.le(zero) | start.lt(zero) | dips;
-            suspect = suspect | self.guarding.get(i).map_or(crossed, |guarding| crossed & *guarding);
+            suspect = suspect | self.rows.guarding.get(i).map_or(crossed, |guarding| crossed & *guarding);
         }
         suspect
     }
@@ -188,7 +226,7 @@ impl<L: Lane> Transition<L> {
     /// on the way.
     #[inline(always)]
     pub(crate) fn crossed(&self, here: L::Mask, xi: &[L], y: &mut [L]) -> L::Mask {
-        self.matrix.apply(xi, y);
+        self.rows.matrix.apply(xi, y);
         here & self.suspects(y)
     }
 
@@ -203,18 +241,20 @@ impl<L: Lane> Transition<L> {
         t_s: f64,
         peaks: &mut [Abreast<L>],
     ) -> L::Mask {
-        let from_s = L::splat(t_s) + self.part_s * L::splat(part as f64);
+        let from_s = L::splat(t_s) + self.rows.part_s * L::splat(part as f64);
         let mut with_maxima = L::Mask::splat(false);
         for ((line, pushing), peak) in
-            y[self.states..].chunks_exact(ROWS_PER_LINE).zip(&self.pushing).zip(peaks)
+            y[self.states..].chunks_exact(ROWS_PER_LINE).zip(&self.rows.pushing).zip(peaks)
         {
             let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
             let here = moved & *pushing;
-            with_maxima =
-                with_maxima | peak.pass(here, [start, end], [slope_start, slope_end], from_s, self.part_s);
-            if self.rough.any() {
+            with_maxima = with_maxima
+                | peak.pass(here, [start, end], [slope_start, slope_end], from_s, self.rows.part_s);
+            if self.rows.rough.any() {
                 with_maxima = with_maxima
-                    | (here & self.rough & peak.is_near([start, end], [slope_start, slope_end], self.part_s));
+                    | (here
+                        & self.rows.rough
+                        & peak.is_near([start, end], [slope_start, slope_end], self.rows.part_s));
             }
         }
         with_maxima
@@ -223,26 +263,26 @@ impl<L: Lane> Transition<L> {
     /// One part of the span of a lane, as seen by contact `i`; `None` if it does not push.
     pub(crate) fn span(&self, l: usize, i: usize, y: &[L]) -> Option<Span> {
         let line = &y[self.states + ROWS_PER_LINE * i..];
-        let bends = &y[self.states + ROWS_PER_LINE * self.lines + ROWS_PER_BEND * i..];
+        let bends = &y[self.states + ROWS_PER_LINE * self.rows.lines + ROWS_PER_BEND * i..];
         let of = |values: [L; 2]| values.map(|value| value.lane(l));
-        self.pushing[i].test(l).then(|| Span {
+        self.rows.pushing[i].test(l).then(|| Span {
             ends: of([line[3], line[0]]),
             slopes: of([line[1], line[2]]),
             bends: of([bends[0], bends[1]]),
-            length_s: self.part_s.lane(l),
-            is_rough: self.rough.test(l),
+            length_s: self.rows.part_s.lane(l),
+            is_rough: self.rows.rough.test(l),
         })
     }
 
     /// Notes the signals of the lanes of `moved` whose note lies in part `part`.
     #[inline(always)]
     pub(crate) fn note(&self, moved: L::Mask, part: u64, y: &[L], noted: &mut [L]) {
-        let here = if self.most_parts == 1 {
+        let here = if self.rows.most_parts == 1 {
             moved
         } else {
-            moved & L::Mask::from_fn(|l| self.note_parts[l] == part)
+            moved & L::Mask::from_fn(|l| self.rows.note_parts[l] == part)
         };
-        for (&signal, &y) in self.noted.iter().zip(&y[self.noted_from..]) {
+        for (&signal, &y) in self.noted.iter().zip(&y[self.rows.noted_from..]) {
             noted[signal] = L::select(here, y, noted[signal]);
         }
     }
@@ -250,7 +290,7 @@ impl<L: Lane> Transition<L> {
     /// Moves the lanes of `moved` to their computed states, and returns their signals there.
     #[inline(always)]
     pub(crate) fn go(&self, moved: L::Mask, xi: &mut [L], signals: &mut [L], y: &[L]) {
-        let signals = signals.iter_mut().zip(&y[self.signals_from..]);
+        let signals = signals.iter_mut().zip(&y[self.rows.signals_from..]);
         if moved.all() {
             xi[..self.states].copy_from_slice(&y[..self.states]);
             signals.for_each(|(signal, &y)| *signal = y);

@@ -116,7 +116,10 @@ impl<L: Lane> Sampling<L> {
     #[inline(always)]
     pub(crate) fn take_delayed(&mut self, t_s: f64, signals: &[L]) {
         if self.any_delayed {
-            self.loops.iter_mut().for_each(|control| control.sampler.take_delayed(t_s, signals));
+            // A loop and no closure, so that it is inlined into the kernel.
+            for control in &mut self.loops {
+                control.sampler.take_delayed(t_s, signals);
+            }
         }
     }
 

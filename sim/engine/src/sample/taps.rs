@@ -44,8 +44,12 @@ impl<L: Lane> Tap<L> {
     /// Before the start the signal has its initial value.
     #[inline(always)]
     pub fn take(&mut self, t_s: f64, value: L, instant_of: impl Fn(u64) -> f64) {
+        // Half of the instants at which it is asked are those of the reading itself.
+        if !due(self.next_s, t_s) {
+            return;
+        }
         let before = self.count;
-        if self.count == 0 && due(self.next_s, t_s) && due(self.next_s, 0.0) {
+        if self.count == 0 && due(self.next_s, 0.0) {
             self.initial = value;
             self.count = first_after(self.delay_s, &instant_of);
             self.initial_left = self.count;

@@ -238,8 +238,8 @@ impl Inverse {
         rows::rms(&all).max(f64::MIN_POSITIVE)
     }
 
-    /// Weighed square residuals on the check experiments of causes fitted on the others. A smooth force is included
-    /// if given.
+    /// Weighed square residuals on the check experiments of causes fitted on the others. A smooth force is
+    /// included if given.
     fn squares(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> Option<Vec<f64>> {
         let [mut fitted, mut checked] =
             [&self.fitted, &self.checked].map(|rows| self.balance(rows, shaped, smooth));

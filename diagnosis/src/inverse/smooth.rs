@@ -49,8 +49,8 @@ impl Inverse {
     }
 
     /// The terms of a smooth force in the drive, a function of the command. `made` is the command that the
-    /// motion requires, times the rows' weights. With the measured command the terms would contain its noise, and
-    /// would explain it.
+    /// motion requires, times the rows' weights. With the measured command the terms would contain its noise,
+    /// and would explain it.
     pub(super) fn drive_terms(&self, made: &[f64], weights: &[f64]) -> Vec<Term> {
         let largest = self.extent.command.max(f64::MIN_POSITIVE);
         let shapes: [fn(f64) -> f64; 3] = [|u| u * u, |u| u * u.abs(), |u| u * u * u];

@@ -74,20 +74,18 @@ pub(crate) fn assess(
         short(Condition::Rivals, rivals::rounded(judge, accepted));
         short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
     }
-    // Causes that remove little of the error, or balance worse than a smooth force alone, do not show its
-    // place. A balance without them may.
-    let alone = || {
-        let own = accepted.balanced.as_ref().map_or(0.0, |balanced| balanced.nats);
-        let smooth = balance::beyond(judge, calibrated, &criteria);
-        smooth.filter(|smooth| removes_little || smooth.nats > own)
-    };
+    // A smooth force alone that balances better than the causes shows the place better than they do. If they
+    // remove little of the error, any smooth force does.
+    let own = accepted.balanced.as_ref().map_or(0.0, |balanced| balanced.nats);
+    let alone = balance::beyond(judge, calibrated, &criteria);
+    let better = alone.filter(|smooth| smooth.nats > own);
     Adequacy {
         criteria,
         horizons,
         drive_force_n: residual.drive_force_n,
         residual: residual.traces,
         shortfalls,
-        smooth: smooth.or_else(alone).map(|smooth| smooth.place),
+        smooth: better.or(smooth).or(alone.filter(|_| removes_little)).map(|smooth| smooth.place),
         is_balanced,
         is_noise,
     }

@@ -1,7 +1,8 @@
 //! One run and nothing else, for instruction counters. `one_run M2 exact 8 2.0` steps M2 for two seconds in
 //! eight lanes. `one_run M2 hand-written-rk4-with-events 1 2.0` does the same with the hand-written loop.
 //! `chain-32` is a chain of 32 bodies, `force-loop` the loop with everything of a real one. Prints the wall
-//! time; a fifth argument repeats the run and prints medians.
+//! time; a fifth argument repeats the run and prints medians. The hand-written loops are compiled for any
+//! processor here; `peers/run` compiles them for the present one.
 
 #![expect(clippy::print_stdout, reason = "this program's output is its purpose")]
 
@@ -10,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use feeler_benches::hand_written::{Axis, FilteredLoop, FlexibleAxis, FlexibleCell, Method, run};
 use feeler_benches::machines::{FILTERED_LOOP, FORCE_LOOP, REFERENCES, chain, load};
+use feeler_benches::stopwatch::median;
 use feeler_engine::{Integrator, Program, Simulation, Unobserved};
 use feeler_lanes::{Lane, Pack};
 
@@ -23,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let times = times.first().map_or(Ok(1), |times| times.parse())?;
     let duration_s: f64 = duration_s.parse()?;
     if let Some(name) = method.strip_prefix("hand-written-") {
-        hand_written(machine, name, (duration_s * 1e3) as usize)
+        hand_written(machine, name, (duration_s * 1e3) as usize, times)
     } else if lanes == "8" {
         simulate::<Pack<8>>(machine, method, duration_s, times)
     } else {
@@ -66,31 +68,38 @@ fn simulate<L: Lane>(
         took.push([per(constructed, 1.0), per(begun.elapsed(), 1e3 * duration_s)]);
         black_box(simulation.steps());
     }
-    let median = |which: usize| {
-        let mut all: Vec<f64> = took.iter().map(|took| took[which]).collect();
-        all.sort_by(f64::total_cmp);
-        all[all.len() / 2]
-    };
+    let of = |which: usize| median(took.iter().map(|took| took[which]).collect());
     println!(
         "{:.0} ns of construction, {:.1} ns per simulated millisecond, each of one variant",
-        median(0),
-        median(1)
+        of(0),
+        of(1)
     );
     Ok(())
 }
 
-fn hand_written(machine: &str, name: &str, samples: usize) -> Result<(), Box<dyn std::error::Error>> {
+fn hand_written(
+    machine: &str,
+    name: &str,
+    samples: usize,
+    times: usize,
+) -> Result<(), Box<dyn std::error::Error>> {
     let method = match name {
         "semi-implicit-euler" => Method::SemiImplicitEuler,
         "rk4" => Method::Rk4,
         "rk4-with-events" => Method::Rk4WithEvents,
         _ => return Err("no such method".into()),
     };
-    black_box(match machine {
-        "M1" => run(black_box(&Axis::default()), method, samples, 10),
-        "M2" => run(black_box(&FlexibleAxis::default()), method, samples, 10),
-        "M4" => run(black_box(&FlexibleCell::default()), method, samples, 10),
-        _ => run(black_box(&FilteredLoop::default()), method, samples, 10),
-    });
+    let mut took = Vec::new();
+    for _ in 0..times {
+        let begun = Instant::now();
+        black_box(match machine {
+            "M1" => run(black_box(&Axis::default()), method, samples, 10),
+            "M2" => run(black_box(&FlexibleAxis::default()), method, samples, 10),
+            "M4" => run(black_box(&FlexibleCell::default()), method, samples, 10),
+            _ => run(black_box(&FilteredLoop::default()), method, samples, 10),
+        });
+        took.push(1e9 * begun.elapsed().as_secs_f64() / samples as f64);
+    }
+    println!("{:.1} ns per simulated millisecond", median(took));
     Ok(())
 }

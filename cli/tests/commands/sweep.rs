@@ -186,6 +186,29 @@ fn truth_the_command_under_the_pointer_is_the_same_however_paths_are_typed_and_g
     assert_eq!(summary["simulated_s"].as_f64(), of_row("simulated_s"));
 }
 
+/// A bang-bang oscillation of a position that nothing can touch. Its amplitude is a distance.
+#[test]
+fn truth_the_amplitude_under_the_pointer_has_the_unit_of_what_is_judged() {
+    let bench = Bench::new();
+    bench.write(
+        "axis.toml",
+        "[bodies.m]\nmass = 1.0\n[springs.guide]\nbetween = [\"ground\", \"m\"]\ndamping = 6.0\n\
+         [actuators.drive]\non = \"m\"\nlimit = 5.0\n[sensors.enc]\nreads = \"m.position\"\ndelay = 0.05\n\
+         [controllers.c]\nlaw = \"position\"\nreads = \"enc\"\ndrives = \"drive\"\nperiod = 0.001\n\
+         reference = 0.1\n[run]\nduration = 10.0\n",
+    );
+    let axes = "[axes]\n\"controllers.c.kp\" = { linear = [2000.0, 3000.0], points = 2 }\n";
+    bench.write("sweep.toml", &format!("scenario = \"axis.toml\"\n{axes}"));
+    let said = bench.feeler(&["sweep", "sweep.toml", "--out", "out"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    let table = SweepTable::read(&bench.path("out/sweep.parquet")).unwrap();
+    assert!(table.reals("amplitude_n").unwrap().iter().all(|amplitude| amplitude.unwrap() > 1e-3));
+    let page = bench.read("out/report.html");
+    let (_, column) = page.split_once("[\"amplitude\",").unwrap();
+    let (column, _) = column.split_once("[\"impacts per period\"").unwrap();
+    assert!(column.ends_with("\"m\"],"), "{column}");
+}
+
 #[test]
 fn truth_limit_cycles_through_saturation_stand_beside_theory_and_nothing_empty_is_drawn() {
     let bench = Bench::new();

@@ -35,8 +35,8 @@ pub struct Measured {
     pub impact_peaks_n: Vec<f64>,
     /// The contact force once per cycle over the tail, N, one sample of the fastest controller after each
     /// touch-down. If the tool stays in contact, it is the maximum of each cycle. So is that of a controlled
-    /// motion without contact. One value if every cycle repeats the last, two after a period doubling. None
-    /// of a motion that grows, or whose end is not known.
+    /// motion without contact, which has its own unit. One value if every cycle repeats the last, two after a
+    /// period doubling. None of a motion that grows, or whose end is not known.
     pub strobe_n: Vec<f64>,
 }
 

@@ -12,7 +12,8 @@ use super::palette::{labels, of_outcome};
 use super::report::Report;
 use crate::terminal;
 
-/// Measures under the pointer: column, words, unit. `N` stands for the unit of force of the machine.
+/// Measures under the pointer: column, words, unit. `N` stands for the unit of force of the machine. The
+/// amplitude has the unit of what is judged.
 pub(super) const SHOWN: [(&str, &str, &str); 7] = [
     ("peak_force_n", "peak force", "N"),
     ("settling_time_s", "settling time", "s"),
@@ -53,7 +54,11 @@ impl Report<'_> {
             ""
         ]));
         for (name, words, unit) in SHOWN {
-            let unit = if unit == "N" { self.units.force } else { unit };
+            let unit = match (name, unit) {
+                ("amplitude_n", _) => self.judged.1,
+                (_, "N") => self.units.force,
+                _ => unit,
+            };
             let short = |v: f64| format!("{v:.4e}").parse::<f64>().ok();
             if let Some(values) = self.table.reals(name) {
                 let values = values.into_iter().map(|value| value.and_then(short)).collect();

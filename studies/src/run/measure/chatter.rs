@@ -18,11 +18,11 @@ pub struct Oscillation {
     /// Frequency of repetition, Hz: from the instants of touch-down if the tool leaves the workpiece and the
     /// impacts repeat, else from the spectrum.
     pub frequency_hz: f64,
-    /// Half of peak to peak, N.
+    /// Half of peak to peak, N. It has the unit of `controlled` if that is present.
     pub amplitude_n: f64,
     /// Frequency of the strongest line of the force's spectrum, Hz; `None` if there is no line.
     pub spectral_hz: Option<f64>,
-    /// Amplitude of that line, N; `None` without one.
+    /// Amplitude of that line, N; `None` without one. It has the unit of `controlled` if that is present.
     pub spectral_amplitude_n: Option<f64>,
     /// Touch-downs per second.
     pub impacts_per_s: f64,

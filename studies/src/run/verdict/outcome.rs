@@ -209,7 +209,7 @@ pub struct RunVerdict {
     pub outcome: Outcome,
     /// Start and end of the judged time, s.
     pub tail_s: [f64; 2],
-    /// Amplitudes of the three parts of the tail, N.
+    /// Amplitudes of the three parts of the tail, N. They have the unit of `controlled` if that is present.
     pub amplitudes_n: [f64; 3],
     /// Rate at which the amplitude grows, 1/s, if it does.
     pub growth_per_s: Option<f64>,

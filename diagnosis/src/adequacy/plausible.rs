@@ -2,7 +2,7 @@
 //! believed machine, not at a bound, and distinguishable from zero.
 
 use feeler_plant::description::ActuatorKind;
-use feeler_plant::effects::{Kind, Parameter, Place, Scale};
+use feeler_plant::effects::{Parameter, Place, Scale, Trait};
 use feeler_plant::units::Dimension;
 
 use super::criteria::Criteria;
@@ -122,7 +122,7 @@ fn beyond(
             (value.abs() < most.least_rows * row_s).then(|| format!("is {:.3} of a row", value.abs() / row_s))
         }
         // Units of a firmware may be off by decades.
-        Dimension::NONE if matches!(cause.definition.kind, Kind::DriveGain | Kind::ForceGain) => {
+        Dimension::NONE if cause.definition.has(Trait::LikeUnits) => {
             let ratio = value.abs().max(1.0 / value.abs().max(f64::MIN_POSITIVE));
             (ratio > most.most_ratio).then(|| format!("is {value:.3}"))
         }

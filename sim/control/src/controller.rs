@@ -6,12 +6,14 @@ use feeler_lanes::{Lane, LaneMask};
 
 use crate::admittance::{AdmittanceConfig, AdmittanceState};
 use crate::approach::{ApproachConfig, ApproachState};
+use crate::error::ControlError;
 use crate::filter::{Section, SectionState};
 use crate::impedance::{ImpedanceConfig, ImpedanceState};
+use crate::law::{AdmittanceGains, ForceGains, ImpedanceGains, Law};
 use crate::listing::Listing;
 use crate::motion::{MotionConfig, MotionState};
 use crate::pid::{PidConfig, PidState, limited, list_limited};
-use crate::{AdmittanceGains, ControlError, ControllerSpec, ForceGains, ImpedanceGains, Law};
+use crate::spec::ControllerSpec;
 
 /// Signals that a controller reads at one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -16,14 +16,14 @@ const NO_NOTE_S: f64 = -1.0;
 /// Carries every lane over the same span, each in its own mode.
 #[derive(Debug)]
 pub(crate) struct Transition<L: Lane> {
-    pub(crate) span_fs: u64,
+    pub(super) span_fs: u64,
     span_s: f64,
     /// Time from the start to the note; `None` if no late reading takes a signal on the way.
-    pub(crate) note_fs: Option<u64>,
+    pub(super) note_fs: Option<u64>,
     /// Time from the start to the note, s; negative without a note.
     note_s: f64,
     /// Part of the span of each lane that contains the note.
-    pub(crate) note_parts: Vec<u64>,
+    pub(super) note_parts: Vec<u64>,
     /// The signals to note.
     noted: Vec<usize>,
     /// Formation of the lanes (see [`crate::carry::formation`]) for which the rows were last checked.
@@ -32,8 +32,8 @@ pub(crate) struct Transition<L: Lane> {
     filled_for: Vec<usize>,
     /// Number of equal parts into which each lane divides the span so that no event is missed between
     /// evaluations.
-    pub(crate) parts: Vec<u64>,
-    pub(crate) most_parts: u64,
+    pub(super) parts: Vec<u64>,
+    pub(super) most_parts: u64,
     /// Length of these parts, s.
     part_s: L,
     matrix: Blocks<L>,
@@ -47,7 +47,7 @@ pub(crate) struct Transition<L: Lane> {
     /// Lanes in which the first lines, those of contacts with peaks, are guards, and lanes in which they are
     /// forces.
     guarding: Vec<L::Mask>,
-    pub(crate) pushing: Vec<L::Mask>,
+    pub(super) pushing: Vec<L::Mask>,
     /// Lanes that travel farther in one part than [`Flow::evaluations`] allows, because they have no guards.
     rough: L::Mask,
 }

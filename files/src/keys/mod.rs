@@ -164,46 +164,47 @@ mod tests {
         found
     }
 
+    /// Tables with their keys.
+    type Declared<'a> = [(&'a str, Vec<&'a str>)];
+
     /// The key that a literal of code spells: `springs.{name}.damping`, `run.step` or `output_limit`. A name
     /// of one word means other things too.
-    fn spelt<'t>(literal: &'t str, known: &[&str], is_declaring: bool) -> Option<&'t str> {
-        let is_known = |key: &&str| known.contains(key);
-        let of_element = |table: &str| {
-            let (_, rest) = literal.split_once(&format!("{table}.{{"))?;
-            Some(key_at_start(rest.split_once("}.")?.1)).filter(is_known)
+    fn spelt<'t>(literal: &'t str, declared: &Declared<'_>, is_declaring: bool) -> Option<&'t str> {
+        let in_table = |(table, keys): &(&str, Vec<&str>)| {
+            let of_element = literal.split_once(&format!("{table}.{{")).and_then(|(_, rest)| {
+                Some(key_at_start(rest.split_once("}.")?.1)).filter(|key| keys.contains(key))
+            });
+            let of_table =
+                literal.strip_prefix(table).and_then(|rest| rest.strip_prefix('.')).and_then(|rest| {
+                    let key = key_at_start(rest);
+                    let ends = [Some('='), None].contains(&rest[key.len()..].chars().next());
+                    Some(key).filter(|key| ends && keys.contains(key))
+                });
+            of_element.or(of_table)
         };
-        let of_table = |table: &str| {
-            let rest = literal.strip_prefix(table)?.strip_prefix('.')?;
-            let key = key_at_start(rest);
-            Some(key).filter(is_known).filter(|key| {
-                rest[key.len()..].trim_start_matches('=').starts_with(['{', ' ']) || rest == *key
-            })
-        };
-        let elements = ELEMENTS.iter().map(|element| element.table).chain([JOINTS]);
-        elements
-            .filter_map(of_element)
-            .chain(
-                [RUN_TABLE, FOLLOWED.name, ControllerSpec::APPROACH.key.name]
-                    .into_iter()
-                    .filter_map(of_table),
-            )
-            .chain(Some(literal).filter(|name| !is_declaring && name.contains('_') && is_known(name)))
-            .next()
+        let is_key = declared.iter().any(|(_, keys)| keys.contains(&literal));
+        let bare = Some(literal).filter(|name| is_key && !is_declaring && name.contains('_'));
+        declared.iter().find_map(in_table).or(bare)
     }
 
     #[test]
     fn truth_code_takes_each_key_from_its_declaration() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-        let shapes = ELEMENTS.iter().map(|element| &element.shape).chain([&RUN, &JOINT, &REFERENCE]);
-        let known: Vec<&str> = shapes.flat_map(Keys::all_keys).map(|key| key.name).collect();
+        let KeyKind::Table(approach) = ControllerSpec::APPROACH.key.kind else { panic!("no table") };
+        let declared: Vec<_> = (ELEMENTS.iter().map(|element| (element.table, &element.shape)))
+            .chain([(RUN_TABLE, &RUN), (JOINTS, &JOINT), (FOLLOWED.name, &REFERENCE)])
+            .chain([(ControllerSpec::APPROACH.key.name, approach)])
+            .map(|(table, shape)| (table, shape.all_keys().map(|key| key.name).collect::<Vec<_>>()))
+            .collect();
         let (mut count, mut spelt_out) = (0, Vec::new());
         sources(root, &mut |path, text| {
             // Declarations give the names, and effects have parameters of the same names.
-            let is_declaring = text.contains("feeler_catalogue::{") && text.contains("Key")
+            let is_declaring = path.starts_with(root.join("sim/catalogue"))
+                || text.contains("feeler_catalogue::{") && text.contains("Key")
                 || path.parent().is_some_and(|folder| folder.ends_with("effects"));
             let all = literals(text);
             count += all.len();
-            let found = all.iter().filter_map(|literal| spelt(literal, &known, is_declaring));
+            let found = all.iter().filter_map(|literal| spelt(literal, &declared, is_declaring));
             spelt_out.extend(found.map(|key| format!("{}: {key}", path.display())));
         });
         assert!(count > 5_000, "only {count} literals were found");
@@ -212,9 +213,10 @@ mod tests {
 
     #[test]
     fn truth_a_key_in_a_literal_is_found() {
-        let known = ["step", "damping", "output_limit"];
-        let of =
-            |code| literals(code).iter().find_map(|literal| spelt(literal, &known, false)).map(str::to_owned);
+        let declared = [("run", vec!["step"]), ("springs", vec!["damping"]), ("", vec!["output_limit"])];
+        let of = |code| {
+            literals(code).iter().find_map(|literal| spelt(literal, &declared, false)).map(str::to_owned)
+        };
         for (code, key) in [
             ("format!(\"springs.{name}.damping\")", Some("damping")),
             ("Problem::new(\"run.step\", what)", Some("step")),

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use feeler_catalogue::LOW_PASS;
 use feeler_lanes::{Lane, LaneMask};
 
 use crate::admittance::{AdmittanceConfig, AdmittanceState};
@@ -221,7 +222,8 @@ impl Controller<f64> {
         let l = &mut listing;
         let reads = !matches!(config.law, LawConfig::OpenLoop) || config.approach.is_present();
         let mut y = "reading".to_owned();
-        for (name, filter) in [("low_pass", &config.low_pass), ("notch", &config.notch)] {
+        let notch = ControllerSpec::NOTCH.key.name;
+        for (name, filter) in [(LOW_PASS, &config.low_pass), (notch, &config.notch)] {
             if let Some(filter) = filter.as_ref().filter(|_| reads) {
                 l.truth_state("started");
                 y = filter.list(l, name, &y, "!s.started");

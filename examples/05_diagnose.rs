@@ -42,12 +42,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         100.0 * gap.floor
     );
 
-    // Each cause with its first parameter, and the value that was hidden.
+    // Each cause with its first parameter, and the value that was hidden within its interval.
     for (on, hidden) in HIDDEN {
         let cause = found.diagnosis.effects.iter().find(|effect| effect.accepted && effect.on == on);
         let cause = cause.ok_or("a hidden effect was not found")?;
         let (name, estimate) = cause.parameters.first().ok_or("the effect has no parameter")?;
         let [low, high] = estimate.ci90;
+        if !(low..=high).contains(&hidden) {
+            return Err(format!("{on}: {hidden} is not within {low} to {high}").into());
+        }
         println!(
             "{on}: {name} = {:.4e} {unit} (90 %: {low:.4e} to {high:.4e}), hidden {hidden:.4e} {unit}",
             estimate.value,

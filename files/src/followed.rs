@@ -2,10 +2,10 @@
 //! of a controller in the machine file (`controllers.force.reference`), an imposed position
 //! (`bodies.rig.position`), and the current of a motor that it commands.
 
-use feeler_catalogue::Dimension;
-use feeler_engine::Scenario;
+use feeler_catalogue::{Dimension, Tabled};
+use feeler_engine::{ControllerUse, Scenario};
 use feeler_plant::assembly::{Source, resolve};
-use feeler_plant::description::{ActuatorKind, Axis, Machine, Quantity, SignalName};
+use feeler_plant::description::{ActuatorKind, Axis, Body, Machine, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
 use feeler_plant::problem::Problem;
 
@@ -18,12 +18,12 @@ use super::read::Scope;
 /// The controller whose reference the signal is; `None` for other signals.
 pub fn followed_by(signal: &SignalName) -> Option<&str> {
     let name = signal.element.as_str();
-    (signal.quantity == Quantity::Reference).then(|| name.strip_prefix("controllers.").unwrap_or(name))
+    (signal.quantity == Quantity::Reference).then(|| ControllerUse::within(name).unwrap_or(name))
 }
 
 /// The signal without `bodies.` before the name of a body.
 pub(crate) fn plain(signal: SignalName, machine: &Machine) -> SignalName {
-    match signal.element.strip_prefix("bodies.") {
+    match Body::within(&signal.element) {
         Some(body) if machine.bodies.contains_key(body) => SignalName::new(body, signal.quantity),
         _ => signal,
     }

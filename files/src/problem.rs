@@ -159,3 +159,16 @@ pub(crate) fn unreadable(file: &str, message: String, remedy: &str) -> FormatErr
     };
     FormatError { problems: vec![problem], omitted: 0, sources: Sources::default() }
 }
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = ["mass = = 3", "[bodies.tip]\nmas = 1.0"]
+            .map(|text| crate::Document::parse(text, "a.toml").unwrap_err());
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("problem.rs")),
+            Vec::<String>::new()
+        );
+    }
+}

@@ -61,8 +61,12 @@ impl Run {
         for table in self.tables.iter_mut().filter(|table| table.clock.is_none()) {
             table.times_s = (0..table.rows()).map(|row| row as f64 / rate_hz).collect();
             let why = format!("the rate of its rows is stated, {rate_hz} Hz");
-            table.clock =
-                Some(Clock { column: "row".into(), unit: crate::ClockUnit::Seconds, origin_s: 0.0, why });
+            table.clock = Some(Clock {
+                column: "row".into(),
+                unit: crate::clock::ClockUnit::Seconds,
+                origin_s: 0.0,
+                why,
+            });
         }
     }
 }

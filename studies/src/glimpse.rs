@@ -5,9 +5,9 @@ use feeler_analysis::{AnalysisError, Curves, Report, Request, analyze, curves};
 use feeler_control::ReferenceSpec;
 use feeler_engine::Scenario;
 
-use crate::ALL_PROCESSORS;
 use crate::operating_point::contact_view;
 use crate::run::{Candidate, Outcome, RunError, RunResult, measure_resting, run_once};
+use crate::threads::ALL_PROCESSORS;
 
 /// The part of a run, after the last change of its references, from which an outcome is guessed first.
 const BEGINNING: f64 = 0.25;

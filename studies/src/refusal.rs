@@ -27,3 +27,17 @@ impl Remedy for Refusal {
         self.remedy.as_str().into()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = [Refusal::new("the pose is empty", "write a number for each joint")];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("refusal.rs")),
+            Vec::<String>::new()
+        );
+    }
+}

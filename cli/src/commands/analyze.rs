@@ -78,10 +78,8 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> cr
             "nothing holds the machine at this operating point: try --clamped, or --preload with a force",
         ),
         AnalysisError::Rates { .. } => {
-            let periods = document.scenario.controllers.iter().map(|(name, used)| {
-                // All digits are shown, because the periods may differ in the last ones only.
-                format!("controllers.{name}.period = {} s", used.spec.period_s)
-            });
+            // All digits are shown, because the periods may differ in the last ones only.
+            let periods = document.scenario.periods().map(|(key, period_s)| format!("{key} = {period_s} s"));
             let remedy =
                 format!("make one a multiple of the other: {}", periods.collect::<Vec<_>>().join(", "));
             BadInput::error(format!("{}: {error}", arguments.file.display()), remedy)
@@ -101,16 +99,7 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> cr
 
 /// The delays of a scenario with their keys, for the end of a message.
 fn delays(scenario: &Scenario) -> String {
-    let controllers = scenario
-        .controllers
-        .iter()
-        .map(|(name, used)| (format!("controllers.{name}.delay"), used.spec.delay_s));
-    let sensors = scenario
-        .machine
-        .sensors
-        .iter()
-        .map(|(name, sensor)| (format!("sensors.{name}.delay"), sensor.delay_s));
-    let there = controllers.chain(sensors).filter(|(_, delay_s)| *delay_s > 0.0);
+    let there = scenario.delays().filter(|(_, delay_s)| *delay_s > 0.0);
     let listed: Vec<String> =
         there.map(|(key, delay_s)| format!("{key} = {}", with_unit(delay_s, "s"))).collect();
     if listed.is_empty() { String::new() } else { format!("; {}", listed.join(", ")) }

@@ -33,8 +33,7 @@ pub(crate) fn run(arguments: &FitLandmarks) -> crate::Result<()> {
     let found = search.fit();
     let machine = found.chain.machine(Engagement::Free);
     if let Some(path) = &arguments.out {
-        std::fs::write(path, NOT_THE_ROBOT.to_owned() + &machine_to_toml(&machine))
-            .map_err(|error| BadInput::unwritable(path, &error))?;
+        terminal::write_and_tell(path, &(NOT_THE_ROBOT.to_owned() + &machine_to_toml(&machine)))?;
     }
     if arguments.json {
         return terminal::print(&terminal::json(&search)?);

@@ -10,7 +10,7 @@ use feeler_arm::{Agreement, ArmError, Landmark, MeasuredArm, Others, inverse_kin
 use feeler_files::ArmFile;
 use feeler_studies::arm::{
     ArmFileError, AxisFile, Grid, MapPoint, MapValues, ToolContact, axis_file, bandwidth_map, distrust,
-    gain_in_words, tool_target, without_axis,
+    gain_in_words, map_csv, tool_target, without_axis,
 };
 
 use crate::arguments::Reduce;
@@ -57,14 +57,12 @@ pub(crate) fn run(arguments: &Reduce) -> crate::Result<()> {
         progress.into_inner().unwrap_or_else(PoisonError::into_inner).done();
         Some(map?)
     };
-    if let Some(path) = &arguments.out
-        && let Some(backup) = terminal::write_kept(path, &axis.text)?
-    {
-        terminal::complain(&format!("{} is new; what it was is in {}", path.display(), backup.display()));
+    if let Some(path) = &arguments.out {
+        terminal::write_and_tell(path, &axis.text)?;
     }
     if let (Some(path), Some(map)) = (&arguments.map_out, &map) {
-        let text = if map_is_page { page(arguments, &file.name, map) } else { csv(map) };
-        std::fs::write(path, text).map_err(|error| BadInput::unwritable(path, &error))?;
+        let text = if map_is_page { page(arguments, &file.name, map) } else { map_csv(map) };
+        terminal::write_and_tell(path, &text)?;
     }
     if arguments.json {
         let all = as_json::Axis::new(&axis, &pose, measured.as_ref(), map.as_deref());
@@ -329,34 +327,6 @@ fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
         format!("feeler reduce {arm} --at {x},{y},{z} --normal {normal} {contact}{hold} --out axis.toml")
     };
     pages::reduce::page(name, map, &command)
-}
-
-fn csv(map: &[MapPoint]) -> String {
-    let mut text = String::from(
-        "x_m,y_m,z_m,mass_kg,stiffness_n_per_m,largest_ki_per_s,force_bandwidth_hz,\
-         axis_force_bandwidth_hz,contact_mode_misfit,phase_crossover_misfit,stable_kp_misfit,\
-         stable_ki_misfit,within_5_percent,without_axis\n",
-    );
-    for point in map {
-        let [x, y, z] = point.place_m;
-        let number = |value: f64| if value.is_nan() { "none".to_owned() } else { value.to_string() };
-        let values = match &point.found {
-            Err(why) => format!(",,,,,,,,,,\"{}\"", why.reason().replace('"', "'").replace('\n', " ")),
-            Ok(v) => {
-                let misfits = v.agreement.misfits().map(|misfit| format!("{misfit:.5}")).join(",");
-                let [bandwidth, of_axis] = v.agreement.force_bandwidth_hz.map(number);
-                let ki = number(v.agreement.largest_ki_per_s[0]);
-                format!(
-                    "{},{},{ki},{bandwidth},{of_axis},{misfits},{},",
-                    v.mass_kg,
-                    v.stiffness_n_per_m,
-                    v.agreement.is_trusted()
-                )
-            }
-        };
-        let _ = writeln!(text, "{x},{y},{z},{values}");
-    }
-    text
 }
 
 /// The map as a table, y to the right.

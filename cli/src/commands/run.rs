@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use feeler_engine::{EngineError, Integrator};
+use feeler_engine::{EngineError, Integrator, RunSettings};
 use feeler_files::{Document, Draft, EXACT_PAYS_UP_TO_BODIES, longest_step_s};
 use feeler_studies::run::{self, Outcome, RunError, RunResult, Summary, write_csv, write_parquet};
 use feeler_studies::{Doubts, doubts};
@@ -12,7 +12,6 @@ use super::run_arm;
 use super::run_folder::{folder, settings};
 use crate::arguments::Run;
 use crate::numbers::{percent, plain, split, with_unit};
-use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Progress;
 use crate::terminal::table;
 use crate::units::Units;
@@ -108,7 +107,9 @@ fn next(arguments: &Run, outcome: Outcome) -> String {
 fn word_on_cost(document: &Document) -> Option<String> {
     let (run, machine) = (&document.scenario.run, &document.scenario.machine);
     let bodies = machine.bodies.len();
-    if bodies <= EXACT_PAYS_UP_TO_BODIES || document.place("run.integrator").is_some() {
+    if bodies <= EXACT_PAYS_UP_TO_BODIES
+        || document.place(&RunSettings::key(&RunSettings::INTEGRATOR)).is_some()
+    {
         return None;
     }
     let less = "RK4 takes less time than the exact integrator";
@@ -160,9 +161,7 @@ fn write(
         terminal::write(&report, pages::run::page(document, &arguments.settings, result, doubts).as_bytes())
     };
     let threads = arguments.threads.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
-        BadInput::error(format!("threads cannot be started: {error}"), "ask for fewer with --threads")
-    })?;
+    let pool = terminal::failure::pool(threads)?;
     let ((traced, texted), (summed, reported)) = pool.install(|| {
         rayon::join(|| rayon::join(write_trace, write_text), || rayon::join(write_summary, write_report))
     });

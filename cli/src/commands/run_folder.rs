@@ -2,13 +2,17 @@
 
 use std::path::PathBuf;
 
+use feeler_engine::RunSettings;
+
 use crate::arguments::Run;
 use crate::terminal;
 
 /// The settings of a command, its other options as settings included.
 pub(super) fn settings(arguments: &Run) -> Vec<String> {
-    let integrator = arguments.integrator.iter().map(|integrator| format!("run.integrator={integrator}"));
-    let engine = arguments.engine.iter().map(|engine| format!("run.engine={engine}"));
+    let [integrator, engine] =
+        [RunSettings::INTEGRATOR, RunSettings::ENGINE].map(|field| RunSettings::key(&field));
+    let integrator = arguments.integrator.iter().map(|name| format!("{integrator}={name}"));
+    let engine = arguments.engine.iter().map(|name| format!("{engine}={name}"));
     arguments.settings.iter().cloned().chain(integrator).chain(engine).collect()
 }
 

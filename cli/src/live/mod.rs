@@ -14,7 +14,7 @@ use std::os::fd::OwnedFd;
 use serde_json::{Value, json};
 use tiny_http::{Header, Method, Request, Response, Server};
 
-use crate::terminal::failure::{BadInput, Failure};
+use crate::terminal::failure::BadInput;
 
 pub(crate) use session::{Measured, Session};
 
@@ -49,7 +49,12 @@ impl Live {
         promptly(&listener);
         let server = Server::from_listener(listener, None).map_err(|error| cannot(&error))?;
         let mut bytes = [0; SECRET];
-        getrandom::fill(&mut bytes).map_err(Failure::internal)?;
+        getrandom::fill(&mut bytes).map_err(|error| {
+            BadInput::error(
+                format!("the system gives no random numbers: {error}"),
+                "give the process access to the system's random numbers, such as /dev/urandom",
+            )
+        })?;
         let secret = bytes.iter().fold(String::new(), |mut text, byte| {
             let _ = write!(text, "{byte:02x}");
             text

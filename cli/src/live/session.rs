@@ -5,15 +5,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::replay_record;
-use feeler_engine::Scenario;
+use feeler_engine::{RunSettings, Scenario};
 use feeler_files::{Document, Draft, Edit, FormatError, Located, Setting};
 use feeler_plant::description::Machine;
 use feeler_problem::Problem;
 use feeler_studies::glimpse::{Glimpse, Loci, beginning, outcomes, theory};
 use feeler_studies::run::{Outcome, RunResult, run_once};
 use feeler_studies::{Doubts, doubts};
+use rayon::ThreadPool;
 use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde_json::{Value, json};
 
 use super::moves::Moves;
@@ -21,7 +21,7 @@ use super::moves::Moves;
 use crate::numbers::count;
 use crate::pages::live::{self, Shown};
 use crate::terminal;
-use crate::terminal::failure::Failure;
+use crate::terminal::failure;
 use crate::watched::Watched;
 
 /// Number of variants that one task simulates in parallel.
@@ -85,7 +85,7 @@ impl Session {
             measured,
             pace: Mutex::new(0.0),
             moves: Moves::default(),
-            background: ThreadPoolBuilder::new().build().map_err(Failure::internal)?,
+            background: failure::pool(0)?,
         })
     }
 
@@ -102,7 +102,9 @@ impl Session {
     pub(crate) fn file(&self) -> Value {
         let file = self.as_saved();
         // Steps, rates and seeds of a run are not shown, because they are not properties of the machine.
-        let is_shown = |key: &str| key == "run.duration" || !key.starts_with("run.");
+        let (duration, of_run) =
+            (RunSettings::key(&RunSettings::DURATION), format!("{}.", RunSettings::TABLE));
+        let is_shown = |key: &str| key == duration || !key.starts_with(&of_run);
         let numbers = file.document.numbers().into_iter().filter(|number| is_shown(&number.key));
         let numbers: Vec<Value> =
             numbers.map(|n| json!({ "key": n.key, "value": n.value, "unit": n.unit })).collect();

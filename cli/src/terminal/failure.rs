@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use feeler_problem::{Problem, Remedy};
 use feeler_studies::unwritable;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::stderr;
 
@@ -82,6 +83,16 @@ impl BadInput {
     pub(crate) fn unwritable(path: &Path, source: &std::io::Error) -> Failure {
         Self(unwritable(path, source)).into()
     }
+}
+
+/// This many threads; 0 stands for one per processor.
+pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
+    ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
+        BadInput::error(
+            format!("threads cannot be started: {error}"),
+            "allow the process more threads, or set RAYON_NUM_THREADS to fewer",
+        )
+    })
 }
 
 impl fmt::Display for BadInput {

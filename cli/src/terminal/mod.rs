@@ -118,6 +118,14 @@ pub(crate) fn write_kept(path: &Path, text: &str) -> crate::Result<Option<PathBu
     write(path, text.as_bytes()).map(|()| None)
 }
 
+/// As [`write_kept`], and tells where the earlier text is.
+pub(crate) fn write_and_tell(path: &Path, text: &str) -> crate::Result<()> {
+    if let Some(backup) = write_kept(path, text)? {
+        complain(&format!("{} is new; what it was is in {}", path.display(), backup.display()));
+    }
+    Ok(())
+}
+
 /// A word of a command, quoted for a shell.
 pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=+:@%".contains(c);

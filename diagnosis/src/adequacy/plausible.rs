@@ -2,7 +2,7 @@
 //! believed machine, not at a bound, and distinguishable from zero.
 
 use feeler_plant::description::ActuatorKind;
-use feeler_plant::effects::{Kind, Parameter, Place, Scale};
+use feeler_plant::effects::{Parameter, Place, Scale, Trait};
 use feeler_plant::units::Dimension;
 
 use super::criteria::Criteria;
@@ -46,7 +46,8 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
                 found.push(format!("{name} is at the end of its possible range"));
             }
             // The first parameter is the size of the effect.
-            if k == 0 && parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN {
+            let is_unknown = parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN;
+            if k == 0 && is_unknown && !judge.is_beyond_limit(accepted, i) {
                 found.push(format!("the interval of {name} includes zero"));
             }
         }
@@ -57,6 +58,15 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
 impl Judge<'_> {
     pub(crate) fn is_finding(&self, scored: &Scored) -> bool {
         self.no_departure(scored).is_none()
+    }
+
+    /// Whether cause `i` adds to a believed value that ends at its limit. Only their sum is determined then, so
+    /// an interval of the cause alone that includes zero does not mean that it may be absent.
+    pub(crate) fn is_beyond_limit(&self, scored: &Scored, i: usize) -> bool {
+        let (cause, Fitted { model, theta, .. }) = (&scored.causes[i], &scored.fitted);
+        let key = dossier(cause.definition.kind).adds_to;
+        key.and_then(|key| model.excess(cause.site, key.name, theta))
+            .is_some_and(|(_, is_at_limit)| is_at_limit)
     }
 
     /// Why the fitted values of a set do not depart from the believed machine; `None` if they do.
@@ -122,7 +132,7 @@ fn beyond(
             (value.abs() < most.least_rows * row_s).then(|| format!("is {:.3} of a row", value.abs() / row_s))
         }
         // Units of a firmware may be off by decades.
-        Dimension::NONE if matches!(cause.definition.kind, Kind::DriveGain | Kind::ForceGain) => {
+        Dimension::NONE if cause.definition.has(Trait::LikeUnits) => {
             let ratio = value.abs().max(1.0 / value.abs().max(f64::MIN_POSITIVE));
             (ratio > most.most_ratio).then(|| format!("is {value:.3}"))
         }

@@ -130,7 +130,7 @@ impl Judge<'_> {
     /// residual as independent, this interval does not.
     fn is_maybe_absent(&self, accepted: &Scored, i: usize, sigma: &[f64]) -> bool {
         let size = accepted.causes[i].definition.parameters.first();
-        size.is_some_and(|size| size.scale == Scale::Log) && {
+        size.is_some_and(|size| size.scale == Scale::Log) && !self.is_beyond_limit(accepted, i) && {
             let (value, half) = self.interval(accepted, i, 0, sigma);
             half > value
         }
@@ -171,9 +171,7 @@ impl Judge<'_> {
                 };
                 let found = self.cause(accepted, i, sigma, known * field.marginal(cause).min(most));
                 let mut found = Cause { accepted: true, ..covering(found, cause, &near) };
-                if let Some(theta) =
-                    without_gain.as_ref().filter(|_| cause.definition.kind != Kind::DriveGain)
-                {
+                if let Some(theta) = without_gain.as_ref().filter(|_| mass_instead(cause).is_none()) {
                     reaching(&mut found, &accepted.fitted.model.parameters(i, theta));
                 }
                 found
@@ -200,12 +198,13 @@ impl Judge<'_> {
     /// masses relate the forces to the believed machine.
     pub(super) fn gain_or_mass(&self, accepted: &Scored) -> Option<[Kind; 2]> {
         let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
-        let gain = accepted.causes.iter().position(|cause| cause.definition.kind == Kind::DriveGain)?;
+        let mut causes = accepted.causes.iter().enumerate();
+        let (gain, mass) = causes.find_map(|(i, cause)| Some((i, mass_instead(cause)?)))?;
         if *model.parameters(gain, theta).first()? >= 1.0 {
             return None;
         }
         let scale = self.search.task.shared_scale(model, theta)?;
-        scale.is_of_masses(model).then_some([Kind::DriveGain, Kind::AddedMass])
+        scale.is_of_masses(model).then_some([accepted.causes[gain].definition.kind, mass])
     }
 
     /// Values that give the same prediction with all forces scaled up and a gain of one, if an added mass may
@@ -214,7 +213,7 @@ impl Judge<'_> {
         self.gain_or_mass(accepted)?;
         let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
         let scale = self.search.task.shared_scale(model, theta)?;
-        let gain = accepted.causes.iter().position(|cause| cause.definition.kind == Kind::DriveGain)?;
+        let gain = accepted.causes.iter().position(|cause| mass_instead(cause).is_some())?;
         let gain_of = |theta: &[f64]| model.parameters(gain, theta).first().copied();
         let more = scale.moved(model, theta, 1.0);
         let per_unit = (gain_of(&more)? / gain_of(theta)?).ln();
@@ -385,6 +384,11 @@ fn is_the_same_elsewhere(accepted: &Scored, rival: &Scored) -> bool {
         && a.definition.kind == b.definition.kind
         && a.place == b.place
         && a.site != b.site
+}
+
+/// The kind of mass that may be meant by a small value of this cause.
+fn mass_instead(cause: &Candidate) -> Option<Kind> {
+    dossier(cause.definition.kind).mass_instead
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 //! check records confirm it.
 
 use feeler_plant::description::Machine;
-use feeler_plant::effects::Kind;
 
 use crate::adequacy::worsens;
 use crate::budget::Stage;
@@ -71,11 +70,9 @@ impl Judge<'_> {
             && strays(self.dataset, &machine, &self.dataset.machine).is_none();
         let knots = tabled.table.points().to_vec();
         let on = tabled.site.key(&self.dataset.machine);
-        let over = match tabled.kind {
-            Kind::SpeedTable => "speed",
-            Kind::FrictionTable => "position and direction",
-            _ => "position",
-        };
-        holds.then_some((machine, ForceOver { kind: tabled.kind, on, over, knots, closed }))
+        holds.then_some((
+            machine,
+            ForceOver { kind: tabled.kind, on, over: tabled.over.name(), knots, closed },
+        ))
     }
 }

@@ -10,7 +10,7 @@
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{ElementKind, Quantity, Site};
-use feeler_plant::effects::{Definition, Kind};
+use feeler_plant::effects::{Definition, Trait};
 use feeler_plant::units::Dimension;
 use nalgebra::DVector;
 
@@ -134,14 +134,14 @@ fn mass_of(quantity: Quantity) -> f64 {
 fn is_gain_of(model: &Model, unknown: &Unknown, site: Site) -> bool {
     match unknown.target {
         Target::Value(own, _) => own == site && own.table == ElementKind::Sensors,
-        Target::Belief(own, e, _) => own == site && believed_effect(model, own, e).is_some_and(is_gain),
-        Target::Effect(e, _) => model.tried[e].site == site && is_gain(model.tried[e].effect.definition),
+        Target::Belief(own, e, _) => {
+            own == site && believed_effect(model, own, e).is_some_and(|own| own.has(Trait::Gain))
+        }
+        Target::Effect(e, _) => {
+            model.tried[e].site == site && model.tried[e].effect.definition.has(Trait::Gain)
+        }
         _ => false,
     }
-}
-
-fn is_gain(definition: &'static Definition) -> bool {
-    matches!(definition.kind, Kind::DriveGain | Kind::LoopGain | Kind::ForceGain)
 }
 
 fn believed_effect(model: &Model, site: Site, effect: usize) -> Option<&'static Definition> {
@@ -176,13 +176,14 @@ fn of_parameter(model: &Model, site: Site, definition: &'static Definition, para
     let drive =
         model.believed.actuators.get_index(site.index).filter(|_| site.table == ElementKind::Actuators);
     let command = drive.map_or(Dimension::FORCE, |(_, actuator)| actuator.kind.command());
-    match (site.table, definition.kind) {
+    match (site.table, definition.has(Trait::Gain)) {
+        (ElementKind::Sensors, true) => -read(model, site),
         // A scaled loop gain of a servo scales its force.
-        (_, Kind::DriveGain | Kind::LoopGain) => command.mass,
-        (_, Kind::ForceGain) => -read(model, site),
-        // Parameters of sensors are in units of the reading, a dead band in units of the command before the
-        // gain.
-        (ElementKind::Sensors, _) | (_, Kind::DriveDeadband) => 0.0,
+        (_, true) => command.mass,
+        // Parameters of sensors are in units of the reading, those of effects before the gain in units of the
+        // command.
+        (ElementKind::Sensors, false) => 0.0,
+        _ if definition.has(Trait::BeforeGain) => 0.0,
         _ => definition
             .parameters
             .get(parameter)

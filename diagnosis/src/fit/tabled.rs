@@ -2,7 +2,7 @@
 
 use feeler_plant::assembly::{Assembly, NodeId, POINTS, TabulatedForce};
 use feeler_plant::description::Site;
-use feeler_plant::effects::Kind;
+use feeler_plant::effects::{Kind, LIBRARY};
 use nalgebra::{DMatrix, DVector};
 
 use crate::fit::bounded::minimise;
@@ -12,9 +12,8 @@ use crate::fit::model::Model;
 use crate::fit::scored::Scored;
 use crate::fit::search::score;
 use crate::gap::unknown::portrait;
+use crate::kinds::{Over, dossier};
 
-/// The kinds of table.
-const KINDS: [Kind; 3] = [Kind::ForceTable, Kind::SpeedTable, Kind::FrictionTable];
 /// Rows averaged into one point of the missing force, and the smallest number of such points.
 const AVERAGE: usize = 8;
 const FEWEST: usize = 20 * POINTS;
@@ -31,7 +30,13 @@ pub(crate) struct Tabled {
     pub(crate) scored: Scored,
     pub(crate) site: Site,
     pub(crate) kind: Kind,
+    pub(crate) over: Over,
     pub(crate) table: TabulatedForce,
+}
+
+/// Every kind of table.
+fn tables() -> impl Iterator<Item = (Kind, Over)> {
+    LIBRARY.iter().filter_map(|one| Some((one.kind, dossier(one.kind).table_over?)))
 }
 
 /// Fits a table to the force that a fitted model lacks at a guide, together with all unknowns of the model.
@@ -40,29 +45,30 @@ pub(crate) struct Tabled {
 pub(crate) fn tabled(task: &Task<'_>, base: &Scored, checks: &[usize]) -> Option<Tabled> {
     let assembly = base.fitted.model.assembly(&base.fitted.theta, None)?;
     let drive = &assembly.drives[task.dataset.drives.first()?.drive];
-    let (site, along) = of_kind(&task.dataset.machine, Kind::ForceTable).into_iter().find_map(|one| {
+    let (first, _) = tables().next()?;
+    let (site, along) = of_kind(&task.dataset.machine, first).into_iter().find_map(|one| {
         let link = &assembly.links[one.site.index];
         let along = Along::of(&assembly, [link.b, link.a], [drive.on, drive.reacts_on])?;
         Some((one.site, along))
     })?;
     let element = task.dataset.machine.element(site)?.1;
-    if element.effects().iter().any(|effect| KINDS.contains(&effect.definition.kind)) {
+    if element.effects().iter().any(|effect| dossier(effect.definition.kind).table_over.is_some()) {
         return None;
     }
     let missing = |records: &[usize]| portrait(task, base, records, AVERAGE, Some(false));
     let (fitted, checked) = (missing(&task.fitted), missing(checks));
-    let read = |kind: Kind| {
-        let values = regressed(kind, &along.seen(kind, &fitted))?;
+    let read = |(kind, over): (Kind, Over)| {
+        let values = regressed(over, &along.seen(over, &fitted))?;
         let table = TabulatedForce::of(&values);
-        Some((kind, left(&along.seen(kind, &checked), &table)?, values))
+        Some(((kind, over), left(&along.seen(over, &checked), &table)?, values))
     };
-    let found = KINDS.into_iter().filter_map(read).min_by(|a, b| a.1.total_cmp(&b.1));
-    let (kind, _, start) = found.filter(|(_, left, _)| *left < 1.0)?;
+    let found = tables().filter_map(read).min_by(|a, b| a.1.total_cmp(&b.1));
+    let ((kind, over), _, start) = found.filter(|(_, left, _)| *left < 1.0)?;
     let (model, theta) = base.fitted.model.with_table(&base.fitted.theta, site, kind, &start);
     let fitted = task.fit(&model, &theta, STEPS);
     let last = fitted.model.tried.len() - 1;
     let table = TabulatedForce::of(&fitted.model.parameters(last, &fitted.theta));
-    Some(Tabled { scored: score(task, base.causes.clone(), fitted), site, kind, table })
+    Some(Tabled { scored: score(task, base.causes.clone(), fitted), site, kind, over, table })
 }
 
 /// A missing force: the position or speed at which the table is read, and the factor on the table's force.
@@ -74,15 +80,15 @@ struct Missing {
 
 impl Along {
     /// Points of a portrait in the coordinate of this kind of table.
-    fn seen(&self, kind: Kind, portrait: &[[f64; 4]]) -> Vec<Missing> {
+    fn seen(&self, over: Over, portrait: &[[f64; 4]]) -> Vec<Missing> {
         let mean = portrait.iter().map(|[_, v, ..]| v * v).sum::<f64>() / portrait.len().max(1) as f64;
         let seen = |[x, v, _, force]: &[f64; 4]| {
             let (x, v, force) = (self.sign * x + self.offset, self.sign * v, self.sign * force);
-            match kind {
-                Kind::SpeedTable => Some(Missing { at: v, factor: 1.0, force }),
-                Kind::FrictionTable if v.abs() < SLIDES * mean.sqrt() => None,
-                Kind::FrictionTable => Some(Missing { at: x, factor: -v.signum(), force }),
-                _ => Some(Missing { at: x, factor: 1.0, force }),
+            match over {
+                Over::Position => Some(Missing { at: x, factor: 1.0, force }),
+                Over::Speed => Some(Missing { at: v, factor: 1.0, force }),
+                Over::PositionAndDirection if v.abs() < SLIDES * mean.sqrt() => None,
+                Over::PositionAndDirection => Some(Missing { at: x, factor: -v.signum(), force }),
             }
         };
         portrait.iter().filter_map(seen).collect()
@@ -120,7 +126,7 @@ impl Along {
 
 /// Values of the table closest to the missing forces, over the range where there are any. A friction level is
 /// not negative.
-fn regressed(kind: Kind, missing: &[Missing]) -> Option<Vec<f64>> {
+fn regressed(over: Over, missing: &[Missing]) -> Option<Vec<f64>> {
     let ends = |(low, high): (f64, f64), one: &Missing| (low.min(one.at), high.max(one.at));
     let (from, to) = missing.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
     if missing.len() < FEWEST || from >= to {
@@ -143,7 +149,7 @@ fn regressed(kind: Kind, missing: &[Missing]) -> Option<Vec<f64>> {
             a[(*i, *j)] += weight * by_i * by_j;
         }
     }
-    let least = if kind == Kind::FrictionTable { 0.0 } else { f64::NEG_INFINITY };
+    let least = if over == Over::PositionAndDirection { 0.0 } else { f64::NEG_INFINITY };
     let forces = minimise(&a, &b, &[least; POINTS], &[f64::INFINITY; POINTS])?;
     let values: Vec<f64> = [from, to].into_iter().chain(forces.iter().copied()).collect();
     values.iter().all(|value| value.is_finite()).then_some(values)
@@ -218,34 +224,35 @@ mod tests {
         let forces = [0.0, 1.0, 5.0, 2.0, 3.0, 0.0, 0.0, 4.0, 1.0];
         let (place, speed) =
             (TabulatedForce::between(-0.1, 0.3, forces), TabulatedForce::between(-0.2, 0.2, forces));
-        let made: [(Kind, &TabulatedForce, Vec<[f64; 4]>); 3] = [
-            (Kind::ForceTable, &place, portrait_of(|x, _| place.force(x))),
-            (Kind::SpeedTable, &speed, portrait_of(|_, v| speed.force(v))),
-            (Kind::FrictionTable, &place, portrait_of(|x, v| -v.signum() * place.force(x))),
+        let made: [(Over, &TabulatedForce, Vec<[f64; 4]>); 3] = [
+            (Over::Position, &place, portrait_of(|x, _| place.force(x))),
+            (Over::Speed, &speed, portrait_of(|_, v| speed.force(v))),
+            (Over::PositionAndDirection, &place, portrait_of(|x, v| -v.signum() * place.force(x))),
         ];
         for (own, table, portrait) in &made {
             let found = regressed(*own, &AXIS.seen(*own, portrait)).unwrap();
             let read = TabulatedForce::of(&found);
             // Only the curvature decides where there was no motion.
             for Missing { at, .. } in AXIS.seen(*own, portrait) {
-                assert!((read.force(at) - table.force(at)).abs() < OFF, "{own} {at} {found:?}");
+                assert!((read.force(at) - table.force(at)).abs() < OFF, "{own:?} {at} {found:?}");
             }
             // Estimated from half of the points, no other kind is as close to the other half.
             let half = |odd: usize| portrait.iter().skip(odd).step_by(2).copied().collect::<Vec<_>>();
-            let left = |kind: Kind| {
-                let values = regressed(kind, &AXIS.seen(kind, portrait)).unwrap();
-                left(&AXIS.seen(kind, &half(1)), &TabulatedForce::of(&values)).unwrap()
+            let left = |over: Over| {
+                let values = regressed(over, &AXIS.seen(over, portrait)).unwrap();
+                left(&AXIS.seen(over, &half(1)), &TabulatedForce::of(&values)).unwrap()
             };
-            let others = KINDS.iter().filter(|kind| *kind != own);
-            assert!(left(*own) < 1e-6 && others.map(|kind| left(*kind)).all(|left| left > 0.1), "{own}");
+            let others = tables().map(|(_, over)| over).filter(|over| over != own);
+            assert!(left(*own) < 1e-6 && others.map(left).all(|left| left > 0.1), "{own:?}");
         }
-        assert!(regressed(Kind::ForceTable, &AXIS.seen(Kind::ForceTable, &made[0].2[..100])).is_none());
+        assert!(regressed(Over::Position, &AXIS.seen(Over::Position, &made[0].2[..100])).is_none());
     }
 
     #[test]
     fn truth_no_level_of_friction_is_below_zero() {
         let portrait = portrait_of(|x, v| -v.signum() * (x - 0.1));
-        let found = regressed(Kind::FrictionTable, &AXIS.seen(Kind::FrictionTable, &portrait)).unwrap();
+        let found =
+            regressed(Over::PositionAndDirection, &AXIS.seen(Over::PositionAndDirection, &portrait)).unwrap();
         assert!(found[2..].iter().all(|level| *level >= 0.0) && found[10] > 0.1, "{found:?}");
     }
 }

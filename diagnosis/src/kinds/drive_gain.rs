@@ -1,12 +1,13 @@
 //! `drive-gain`: a drive with more or less force than commanded.
 
-use feeler_plant::effects::DriveGain;
+use feeler_plant::effects::{DriveGain, Kind};
 
 use super::start::{GAINS, off};
 use super::{Balance, Element, Form, Glance, Known, Seen, spread};
 use crate::tolerance::FRACTION;
 
 impl Known for DriveGain {
+    const MASS_INSTEAD: Option<Kind> = Some(Kind::AddedMass);
     const BALANCE: Option<Balance<Self>> = Some(Balance::shaped(
         Form::Gain,
         |_| spread(0.4, 2.5, 41),

@@ -2,8 +2,9 @@
 
 use feeler_plant::effects::ForceTable;
 
-use super::Known;
+use super::{Known, Over};
 
 impl Known for ForceTable {
     const IS_CAUSE: bool = false;
+    const TABLE_OVER: Option<Over> = Some(Over::Position);
 }

@@ -50,6 +50,11 @@ pub(crate) trait Known: Parameters + 'static {
     /// Kinds that may look alike, each with a way to separate them that needs more than a command.
     const APART: &'static [(Kind, &'static str)] = &[];
 
+    /// Coordinate of the force, if the kind is a table.
+    const TABLE_OVER: Option<Over> = None;
+    /// The kind of mass that may be meant by a value below one, if records determine only ratios of forces.
+    const MASS_INSTEAD: Option<Kind> = None;
+
     /// Contribution to the balance of forces of a rigid axis; `None` if a balance does not involve the kind.
     const BALANCE: Option<Balance<Self>> = None;
 
@@ -76,6 +81,26 @@ pub(crate) trait Known: Parameters + 'static {
     /// nearly zero. `None` if there is no such force.
     fn force_over_position(self) -> Option<f64> {
         None
+    }
+}
+
+/// Coordinate of the force of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Over {
+    Position,
+    Speed,
+    /// A level of friction.
+    PositionAndDirection,
+}
+
+impl Over {
+    /// Its name in an answer.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::Speed => "speed",
+            Self::PositionAndDirection => "position and direction",
+        }
     }
 }
 
@@ -118,6 +143,8 @@ pub(crate) struct Dossier {
     pub(crate) is_trivial: fn(&[f64], &Element<'_>, Seen) -> bool,
     pub(crate) fractions_off: fn() -> Option<Vec<f64>>,
     pub(crate) force_over_position: fn(&[f64]) -> Option<f64>,
+    pub(crate) table_over: Option<Over>,
+    pub(crate) mass_instead: Option<Kind>,
     pub(crate) balance: Option<Shown>,
     embed: fn(Kind, &[f64]) -> Option<Vec<f64>>,
     nearest: fn(Kind, &[f64]) -> Vec<Vec<f64>>,
@@ -173,6 +200,8 @@ impl Dossier {
             is_trivial: |values, element, seen| K::of(values).is_trivial(element, seen),
             fractions_off: || K::fractions_off().map(K::values),
             force_over_position: |values| K::of(values).force_over_position(),
+            table_over: K::TABLE_OVER,
+            mass_instead: K::MASS_INSTEAD,
             balance: shown::<K>(),
             embed: |inner, values| Some((contained::<K>(inner)?.embed)(values).values()),
             nearest: |inner, values| {

@@ -2,8 +2,7 @@
 
 use std::collections::HashSet;
 
-use feeler_catalogue::{Dimension, Keyed};
-use feeler_control::reference::FOLLOWED;
+use feeler_catalogue::{Dimension, Keyed, LAW};
 use feeler_control::{ControllerSpec, Law, READS, Reference};
 use feeler_engine::ControllerUse;
 use feeler_plant::description::{ActuatorKind, Elements, GROUND, Machine, Sensor};
@@ -11,7 +10,7 @@ use feeler_plant::effects::HostKind;
 use feeler_problem::Remedy;
 
 use super::{Builder, Item};
-use crate::keys::{CONTROLLERS, LAW, SENSORS};
+use crate::keys::{CONTROLLERS, SENSORS};
 use crate::read::{Scope, join};
 
 impl Builder<'_> {
@@ -60,10 +59,7 @@ impl Builder<'_> {
             self.problems.add(item.place(key), item.key(key), message, remedy);
         }
         let Err(error) = error else { return };
-        let key = match error.place() {
-            place if place.is_empty() => FOLLOWED.name.into(),
-            place => place,
-        };
+        let key = error.place();
         let first = key.split('.').next().unwrap_or_default();
         let within = item.table.get(first).and_then(|entry| entry.node.as_table());
         let inner =

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use feeler_catalogue::{Bound, Content, Dimension, KeyRole, Keyed};
+use feeler_catalogue::{Bound, Content, Dimension, KeyRole, Keyed, LAW};
 use feeler_plant::description::{
     Actuator, Body, Contact, ContactLaw, Machine, MotorInput, Profile, Quantity, Sensor, SignalName, Spring,
 };
 use feeler_plant::effects::HostKind;
 
 use super::{Builder, Item};
-use crate::keys::{ACTUATORS, BODIES, CONTACTS, KIND, LAW, SENSORS, SPRINGS};
+use crate::keys::{ACTUATORS, BODIES, CONTACTS, KIND, SENSORS, SPRINGS};
 use crate::read::{Reader, Scope};
 use crate::tree::node_at;
 

@@ -2,14 +2,15 @@
 
 use std::collections::HashMap;
 
-use feeler_plant::description::GROUND;
+use feeler_catalogue::Tabled;
+use feeler_plant::description::{Actuator, Contact, GROUND, Spring};
 
 use crate::keys::ELEMENTS;
 use crate::problem::Problems;
 use crate::tree::Table;
 
 /// Tables whose elements all have a `force`.
-const FORCEFUL: [&str; 3] = ["springs", "contacts", "actuators"];
+const FORCEFUL: [&str; 3] = [Spring::TABLE, Contact::TABLE, Actuator::TABLE];
 
 /// Largest number of characters of a name.
 const LONGEST_NAME: usize = 64;

@@ -4,15 +4,17 @@ use std::collections::HashSet;
 use std::f64::consts::TAU;
 
 use feeler_catalogue::{Field, Keyed, compact};
+use feeler_control::ControllerSpec;
 use feeler_engine::{ControllerUse, Integrator, RunSettings};
 use feeler_multibody::LARGEST_TURN;
 use feeler_plant::assembly::resolve;
-use feeler_plant::description::{Axis, Contact, Elements, Machine, Quantity, SignalName};
+use feeler_plant::description::{Axis, Body, Contact, Elements, Machine, Quantity, SignalName, Spring};
 use feeler_plant::names::did_you_mean;
 
 use super::{Builder, integrator};
-use crate::keys::{CONTROLLERS, RUN, RUN_TABLE};
-use crate::read::{Reader, join};
+use crate::keys::surface::SURFACE;
+use crate::keys::{BODIES, CONTROLLERS, RUN, RUN_TABLE};
+use crate::read::Reader;
 use crate::source::Origin;
 use crate::tree::{Entry, Table, Value, locate, node_at};
 
@@ -38,10 +40,6 @@ const MOST_VALUES: f64 = 1e8;
 
 fn written<'t>(table: &'t Table, field: &Field<RunSettings>) -> Option<&'t Entry> {
     table.get(field.key.name)
-}
-
-fn path(field: &Field<RunSettings>) -> String {
-    join(RUN_TABLE, field.key.name)
 }
 
 impl Builder<'_> {
@@ -72,7 +70,7 @@ impl Builder<'_> {
                 "with `run.engine = \"rapier\"` Rapier steps the bodies, and no integrator is chosen";
             self.problems.add(
                 &entry.node.origin,
-                path(&RunSettings::INTEGRATOR),
+                RunSettings::key(&RunSettings::INTEGRATOR),
                 message,
                 "leave one of them out",
             );
@@ -100,7 +98,7 @@ impl Builder<'_> {
     fn signals(&mut self, table: &Table, machine: &Machine, controllers: &Elements<ControllerUse>) {
         let Some(entry) = written(table, &RunSettings::RECORD) else { return };
         let Value::Array(items) = &entry.node.value else { return };
-        let key = path(&RunSettings::RECORD);
+        let key = RunSettings::key(&RunSettings::RECORD);
         if items.is_empty() {
             let message = "no signal is named: the record would hold times alone";
             let remedy = "name signals, as in \"tool.force\", or leave `record` out";
@@ -137,7 +135,7 @@ impl Builder<'_> {
 
     /// Whether a signal belongs to shapes in the file that could not be read.
     fn has_bad_surface(&self, machine: &Machine, signal: &SignalName) -> bool {
-        let written = locate(&self.draft.root, &format!("contacts.{}.surface", signal.element)).1;
+        let written = locate(&self.draft.root, &SURFACE.of::<Contact>(&signal.element)).1;
         signal.quantity.of_touch().is_some() && written && !machine.profiles.contains_key(&signal.element)
     }
 
@@ -153,7 +151,7 @@ impl Builder<'_> {
             );
             self.problems.add(
                 place(&RunSettings::STEP),
-                path(&RunSettings::STEP),
+                RunSettings::key(&RunSettings::STEP),
                 message,
                 "lengthen the step, shorten the run, or use the exact integrator",
             );
@@ -173,7 +171,7 @@ impl Builder<'_> {
             );
             self.problems.add(
                 place(&field),
-                path(&field),
+                RunSettings::key(&field),
                 message,
                 "lower `record_rate`, record fewer signals, or shorten the run",
             );
@@ -186,7 +184,7 @@ impl Builder<'_> {
             let field = if is_stated { RunSettings::RECORD_RATE } else { RunSettings::STEP };
             self.problems.add(
                 place(&field),
-                path(&field),
+                RunSettings::key(&field),
                 message,
                 "lower `record_rate`; a number without a unit is in hertz",
             );
@@ -197,7 +195,7 @@ impl Builder<'_> {
             );
             self.problems.add(
                 place(&field),
-                path(&field),
+                RunSettings::key(&field),
                 message,
                 "raise `record_rate`, or lengthen the run",
             );
@@ -209,7 +207,7 @@ impl Builder<'_> {
         for (name, body) in &machine.bodies {
             let turn = body.velocity_m_per_s.abs() * step_s;
             if turn > LARGEST_TURN {
-                let key = format!("bodies.{name}.velocity");
+                let key = Body::VELOCITY.of(name);
                 let message = format!(
                     "{} rad/s turn this body by {turn:.3} rad in a step of {} s, and Rapier follows a turn \
                      of at most {LARGEST_TURN:.3} rad per step",
@@ -249,9 +247,9 @@ impl Builder<'_> {
                 compact(period)
             );
             let (key, remedy) = if period < ORDINARY_S {
-                (format!("controllers.{name}.period"), "lengthen the period, or shorten the run")
+                (ControllerSpec::PERIOD.of(name), "lengthen the period, or shorten the run")
             } else {
-                (path(&RunSettings::DURATION), "shorten the run, or lengthen the period")
+                (RunSettings::key(&RunSettings::DURATION), "shorten the run, or lengthen the period")
             };
             self.refuse_work(key, message, remedy, duration_at);
         }
@@ -267,7 +265,7 @@ impl Builder<'_> {
                 let (key, remedy) = if frequency_hz * ORDINARY_S > 1.0 {
                     (key, "make it less or the body heavier, join the bodies rigidly, or shorten the run")
                 } else {
-                    (path(&RunSettings::DURATION), "shorten the run")
+                    (RunSettings::key(&RunSettings::DURATION), "shorten the run")
                 };
                 self.refuse_work(key, message, remedy, duration_at);
             }
@@ -275,7 +273,7 @@ impl Builder<'_> {
         if machine.bodies.len() > MOST_BODIES {
             let message =
                 format!("there are {} bodies, and at most {MOST_BODIES} are followed", machine.bodies.len());
-            self.refuse_work("bodies".to_owned(), message, "lump bodies that move together", duration_at);
+            self.refuse_work(BODIES.table.to_owned(), message, "lump bodies that move together", duration_at);
         }
     }
 
@@ -295,28 +293,31 @@ fn rounded(value: f64) -> String {
 fn fastest_motion(machine: &Machine) -> Option<(String, f64, String)> {
     let springs = machine.springs.iter().filter(|(_, spring)| !spring.rigid);
     let springs = springs.map(|(name, spring)| {
-        (format!("springs.{name}"), &spring.between, spring.stiffness_n_per_m, spring.damping_n_s_per_m)
+        let keys = [Spring::STIFFNESS, Spring::DAMPING].map(|field| field.of(name));
+        (keys, &spring.between, spring.stiffness_n_per_m, spring.damping_n_s_per_m)
     });
     let linear = |contact: &Contact| contact.law.exponent().total_cmp(&1.0).is_eq();
     let contacts = machine.contacts.iter().filter(|(_, contact)| linear(contact));
     let contacts = contacts.map(|(name, contact)| {
-        (format!("contacts.{name}"), &contact.between, contact.stiffness, contact.damping_n_s_per_m)
+        let keys = [Contact::STIFFNESS, Contact::DAMPING].map(|field| field.of(name));
+        (keys, &contact.between, contact.stiffness, contact.damping_n_s_per_m)
     });
-    let of = |(key, between, stiffness, damping): (String, &[String; 2], f64, f64)| {
-        let mass = between
-            .iter()
-            .filter_map(|name| machine.bodies.get(name))
-            .map(|body| body.mass_kg)
-            .min_by(f64::total_cmp)?;
-        let vibration = (format!("{key}.stiffness"), (stiffness / mass).sqrt() / TAU);
-        let decay = (format!("{key}.damping"), damping / mass / TAU);
-        let mass = compact(mass);
-        Some(if decay.1 > vibration.1 {
-            (decay.0, decay.1, format!("{} N s/m / {mass} kg / 2 pi", compact(damping)))
-        } else {
-            (vibration.0, vibration.1, format!("sqrt({} N/m / {mass} kg) / 2 pi", compact(stiffness)))
-        })
-    };
+    let of =
+        |([of_stiffness, of_damping], between, stiffness, damping): ([String; 2], &[String; 2], f64, f64)| {
+            let mass = between
+                .iter()
+                .filter_map(|name| machine.bodies.get(name))
+                .map(|body| body.mass_kg)
+                .min_by(f64::total_cmp)?;
+            let vibration = (of_stiffness, (stiffness / mass).sqrt() / TAU);
+            let decay = (of_damping, damping / mass / TAU);
+            let mass = compact(mass);
+            Some(if decay.1 > vibration.1 {
+                (decay.0, decay.1, format!("{} N s/m / {mass} kg / 2 pi", compact(damping)))
+            } else {
+                (vibration.0, vibration.1, format!("sqrt({} N/m / {mass} kg) / 2 pi", compact(stiffness)))
+            })
+        };
     springs.chain(contacts).filter_map(of).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 

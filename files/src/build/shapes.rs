@@ -68,3 +68,21 @@ pub(crate) fn mesh(path: &Path, scale_m: f64) -> Result<feeler_geometry::Mesh, F
         _ => Err(FileError::Extension(extension)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = [
+            FileError::Read { wanted: MESH, source: std::io::ErrorKind::NotFound.into() },
+            GeometryError::Hull { points: 3 }.into(),
+            FileError::Extension("step".into()),
+        ];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("shapes.rs")),
+            Vec::<String>::new()
+        );
+    }
+}

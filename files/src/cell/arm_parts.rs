@@ -73,7 +73,7 @@ fn arm_file(path: &Path, draft: &mut Draft, entry: &Entry, problems: &mut Proble
             "name an arm file or a URDF, relative to this file",
         );
     };
-    let said = |error: crate::FormatError| {
+    let said = |error: crate::problem::FormatError| {
         error.problems.first().map_or_else(String::new, |problem| problem.message.clone())
     };
     let text =

@@ -117,7 +117,7 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
         refuse(
             draft,
             problems,
-            &join(RUN_TABLE, RunSettings::DURATION.key.name),
+            &RunSettings::key(&RunSettings::DURATION),
             message,
             "shorten it, or run the axis that `feeler reduce` makes",
         );

@@ -1,7 +1,7 @@
 //! Arm files.
 
 use feeler_arm::JointDrive;
-use feeler_catalogue::{Key, KeyKind, Keyed, Keys, keys, optional, required};
+use feeler_catalogue::{Key, KeyKind, Keyed, Keys, Tabled, keys, optional, required};
 
 pub(crate) const NAME: Key = optional("name", KeyKind::Text, "short name; the URDF's if absent");
 pub(crate) const ABOUT: Key = optional("about", KeyKind::Text, "what it is");
@@ -13,7 +13,7 @@ pub(crate) const TOOL: Key = optional(
 );
 
 /// The table of the joints.
-pub(crate) const JOINTS: &str = "joints";
+pub(crate) const JOINTS: &str = JointDrive::TABLE;
 
 /// The top of an arm file; `[joints.*]` are tables of their own.
 pub(crate) static ARM: Keys = Keys { keys: &[NAME, ABOUT, URDF, TOOL], choice: None };

@@ -2,7 +2,7 @@
 
 use feeler_catalogue::{Bound, Dimension, Key, KeyKind, Keyed, Keys, Unit, keys, number, optional, required};
 use feeler_geometry::Placement;
-use feeler_manipulator::Hold;
+use feeler_manipulator::{Hold, Part, Start};
 
 use super::surface::SHAPES;
 use super::{ABOUT, BASE, CONTACTS, CONTROLLERS, NAME, RUN_TABLE, SENSORS};
@@ -36,11 +36,7 @@ pub(crate) const PLACE: Key = optional(
     "tool position in the base's frame, its x axis along the normal; with fewer than five joints the \
      position alone",
 );
-pub(crate) const NORMAL: Key = required(
-    "normal",
-    KeyKind::Numbers(Unit::Of(Dimension::NONE), 3),
-    "from the tool into the workpiece, in the base's frame: the direction of force control",
-);
+pub(crate) const NORMAL: Key = Start::NORMAL;
 pub(crate) const SPEED: Key =
     number("speed", Unit::Of(Dimension::VELOCITY), Bound::Any, 0.0, "of the tool along the normal");
 
@@ -54,11 +50,11 @@ pub(crate) static HOLD: Keys = Keys { keys: keys!(Hold::FIELDS), choice: None };
 pub(crate) static PLACED: Keys = Keys { keys: keys!(Placement::FIELDS), choice: Some(SHAPES) };
 
 /// The table of the initial state.
-pub(crate) const START_TABLE: &str = "start";
+pub(crate) const START_TABLE: &str = Start::TABLE;
 /// The table of the tip's shape.
-pub(crate) const TIP: &str = "tip";
+pub(crate) const TIP: &str = Part::TIP;
 /// The table of the workpiece's shape.
-pub(crate) const WORKPIECE: &str = "workpiece";
+pub(crate) const WORKPIECE: &str = Part::WORKPIECE;
 /// The table of the position control.
 pub(crate) const HOLD_TABLE: &str = "hold";
 

@@ -1,20 +1,18 @@
 //! Bodies, springs, contacts, actuators, sensors: their texts, and keys that fill no struct.
 
-use feeler_catalogue::{Choice, Keyed, Keys, Variant, joined, keys, variants};
+use feeler_catalogue::{Choice, Keyed, Keys, LAW, Tabled, Variant, joined, keys, variants};
 use feeler_plant::description::{Actuator, Body, Contact, Sensor, Spring};
 use feeler_plant::effects::HostKind;
 
 use super::Element;
 use super::surface::{PROFILE, SURFACE};
 
-/// The law of a contact or a controller.
-pub(crate) const LAW: &str = "law";
 /// The kind of an actuator.
 pub(crate) const KIND: &str = "kind";
 
 /// `[bodies.*]`
 pub(crate) static BODIES: Element = Element {
-    table: "bodies",
+    table: Body::TABLE,
     singular: "body",
     text: "Lumped masses. `ground` is the fixed body and needs no entry. All springs are relaxed where \
            every position is zero.",
@@ -24,7 +22,7 @@ pub(crate) static BODIES: Element = Element {
 
 /// `[springs.*]`
 pub(crate) static SPRINGS: Element = Element {
-    table: "springs",
+    table: Spring::TABLE,
     singular: "spring",
     text: "Springs and dampers between two bodies. Without stiffness: a viscous guide. With `rigid`: \
            a joint.",
@@ -36,7 +34,7 @@ const CONTACT_LAWS: [Variant; Contact::FORMS.len()] = variants(Contact::FORMS);
 
 /// `[contacts.*]`
 pub(crate) static CONTACTS: Element = Element {
-    table: "contacts",
+    table: Contact::TABLE,
     singular: "contact",
     text: "Contact of tool and workpiece. The force sensor is this spring, compressed by d = x_tip - \
            x_work - gap.",
@@ -56,7 +54,7 @@ const AMPLIFIERS: [Variant; Actuator::FORMS.len()] = variants(Actuator::FORMS);
 
 /// `[actuators.*]`
 pub(crate) static ACTUATORS: Element = Element {
-    table: "actuators",
+    table: Actuator::TABLE,
     singular: "actuator",
     text: "Drives: a force on one body and its reaction on another.",
     shape: Keys {
@@ -73,7 +71,7 @@ pub(crate) static ACTUATORS: Element = Element {
 
 /// `[sensors.*]`
 pub(crate) static SENSORS: Element = Element {
-    table: "sensors",
+    table: Sensor::TABLE,
     singular: "sensor",
     text: "A reading is `gain` times the filtered, delayed signal, plus `bias` and noise, rounded to \
            `resolution`.",

@@ -17,7 +17,7 @@ pub(crate) use cell::{CELL, CELL_TABLES, HOLD, PLACED, SHARED, START};
 pub(crate) use controllers::CONTROLLERS;
 pub use controllers::EXAMPLE_KEY;
 pub(crate) use dataset::{COLUMN, DATASET, EXPERIMENT};
-pub(crate) use machine::{ACTUATORS, BODIES, CONTACTS, KIND, LAW, SENSORS, SPRINGS};
+pub(crate) use machine::{ACTUATORS, BODIES, CONTACTS, KIND, SENSORS, SPRINGS};
 pub(crate) use sweep::{AXIS, KEEP, REFINE, SWEEP};
 
 /// A table of named elements, as `[bodies.NAME]`.
@@ -33,7 +33,7 @@ pub(crate) struct Element {
 }
 
 /// The table of how to run.
-pub(crate) const RUN_TABLE: &str = "run";
+pub(crate) const RUN_TABLE: &str = RunSettings::TABLE;
 
 /// `[run]`
 pub(crate) static RUN: Keys = Keys { keys: keys!(RunSettings::FIELDS), choice: None };
@@ -74,6 +74,10 @@ mod tests {
     use std::fs;
     use std::path::Path;
 
+    use feeler_control::ControllerSpec;
+    use feeler_control::reference::{FOLLOWED, REFERENCE};
+
+    use super::arm::JOINTS;
     use super::*;
 
     const NOT_PRODUCT: [&str; 5] = ["target", "tests", "benches", "blind", ".git"];
@@ -133,6 +137,100 @@ mod tests {
         });
         assert!(count > 30, "only {count} keys were found");
         assert_eq!(unknown, Vec::<String>::new());
+    }
+
+    /// The string literals of code, without their quotes.
+    fn literals(code: &str) -> Vec<&str> {
+        let (mut found, mut at) = (Vec::new(), 0);
+        while let Some(rest) = code.get(at..).filter(|rest| !rest.is_empty()) {
+            at += if rest.starts_with("//") {
+                rest.find('\n').unwrap_or(rest.len())
+            } else if let Some(inner) = rest.strip_prefix('"') {
+                let mut escaped = false;
+                let ends = |c: char| {
+                    let is_end = c == '"' && !escaped;
+                    escaped = c == '\\' && !escaped;
+                    is_end
+                };
+                let length = inner.find(ends).unwrap_or(inner.len());
+                found.push(&inner[..length]);
+                length + 2
+            } else if let Some(hashes) = rest.strip_prefix('r').and_then(|rest| rest.split_once('"'))
+                && hashes.0.chars().all(|c| c == '#')
+            {
+                let end = format!("\"{}", hashes.0);
+                2 + 2 * hashes.0.len() + hashes.1.find(&end).unwrap_or(hashes.1.len()) + 1
+            } else {
+                let quoted = ["'\"'", "'\\\"'"].iter().find(|quoted| rest.starts_with(**quoted));
+                quoted.map_or_else(|| rest.chars().next().map_or(1, char::len_utf8), |quoted| quoted.len())
+            };
+        }
+        found
+    }
+
+    /// Tables with their keys.
+    type Declared<'a> = [(&'a str, Vec<&'a str>)];
+
+    /// The key that a literal of code spells: `springs.{name}.damping`, `run.step` or `output_limit`. A name
+    /// of one word means other things too.
+    fn spelt<'t>(literal: &'t str, declared: &Declared<'_>, is_declaring: bool) -> Option<&'t str> {
+        let in_table = |(table, keys): &(&str, Vec<&str>)| {
+            let of_element = literal.split_once(&format!("{table}.{{")).and_then(|(_, rest)| {
+                Some(key_at_start(rest.split_once("}.")?.1)).filter(|key| keys.contains(key))
+            });
+            let of_table =
+                literal.strip_prefix(table).and_then(|rest| rest.strip_prefix('.')).and_then(|rest| {
+                    let key = key_at_start(rest);
+                    let ends = [Some('='), None].contains(&rest[key.len()..].chars().next());
+                    Some(key).filter(|key| ends && keys.contains(key))
+                });
+            of_element.or(of_table)
+        };
+        let is_key = declared.iter().any(|(_, keys)| keys.contains(&literal));
+        let bare = Some(literal).filter(|name| is_key && !is_declaring && name.contains('_'));
+        declared.iter().find_map(in_table).or(bare)
+    }
+
+    #[test]
+    fn truth_code_takes_each_key_from_its_declaration() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        let KeyKind::Table(approach) = ControllerSpec::APPROACH.key.kind else { panic!("no table") };
+        let declared: Vec<_> = (ELEMENTS.iter().map(|element| (element.table, &element.shape)))
+            .chain([(RUN_TABLE, &RUN), (JOINTS, &JOINT), (FOLLOWED.name, &REFERENCE)])
+            .chain([(ControllerSpec::APPROACH.key.name, approach)])
+            .map(|(table, shape)| (table, shape.all_keys().map(|key| key.name).collect::<Vec<_>>()))
+            .collect();
+        let (mut count, mut spelt_out) = (0, Vec::new());
+        sources(root, &mut |path, text| {
+            // Declarations give the names, and effects have parameters of the same names.
+            let is_declaring = path.starts_with(root.join("sim/catalogue"))
+                || text.contains("feeler_catalogue::{") && text.contains("Key")
+                || path.parent().is_some_and(|folder| folder.ends_with("effects"));
+            let all = literals(text);
+            count += all.len();
+            let found = all.iter().filter_map(|literal| spelt(literal, &declared, is_declaring));
+            spelt_out.extend(found.map(|key| format!("{}: {key}", path.display())));
+        });
+        assert!(count > 5_000, "only {count} literals were found");
+        assert_eq!(spelt_out, Vec::<String>::new());
+    }
+
+    #[test]
+    fn truth_a_key_in_a_literal_is_found() {
+        let declared = [("run", vec!["step"]), ("springs", vec!["damping"]), ("", vec!["output_limit"])];
+        let of = |code| {
+            literals(code).iter().find_map(|literal| spelt(literal, &declared, false)).map(str::to_owned)
+        };
+        for (code, key) in [
+            ("format!(\"springs.{name}.damping\")", Some("damping")),
+            ("Problem::new(\"run.step\", what)", Some("step")),
+            ("format!(\"run.step={step}\")", Some("step")),
+            ("(\"output_limit\", 1.0)", Some("output_limit")),
+            ("// \"output_limit\"\n'\"', \"damping\", r#\"\"run.step\"\"#", None),
+            ("see \"controllers.force.damping\"; run.step", None),
+        ] {
+            assert_eq!(of(code).as_deref(), key, "{code}");
+        }
     }
 
     #[test]

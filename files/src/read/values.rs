@@ -253,3 +253,23 @@ impl Remedy for WrongQuantity {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let dim = Dimension::LENGTH;
+        let of = |text: &str| WrongQuantity {
+            error: units::parse(text, dim, false).unwrap_err(),
+            dim,
+            rotational: false,
+        };
+        let all = ["wide", "5", "1,5 mm", "5 mn", "5 m/(s", "5 kg"].map(of);
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("values.rs")),
+            Vec::<String>::new()
+        );
+    }
+}

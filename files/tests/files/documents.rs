@@ -6,7 +6,8 @@ use std::path::Path;
 
 use feeler_control::ReferenceSpec;
 use feeler_files::{
-    DatasetFile, Document, ExperimentRole, FormatError, Sampling, Setting, SweepAxis, SweepFile, followed_by,
+    DatasetFile, Document, Draft, ExperimentRole, FormatError, Sampling, Setting, SweepAxis, SweepFile,
+    followed_by,
 };
 
 use crate::COMPLETE;

@@ -253,6 +253,7 @@ fn truth_the_command_line_starts_threads_only_to_write_compare_and_serve() {
         "live/mod.rs",
         "live/session.rs",
         "pages/sweep/png/mod.rs",
+        "terminal/failure.rs",
     ];
     assert_eq!(users, named.map(str::to_owned).into());
 }
@@ -375,6 +376,18 @@ fn truth_every_test_that_the_page_names_exists() {
     for name in named {
         let test = format!("fn {name}(");
         assert!(whole.iter().any(|text| text.contains(&test)), "no test `{name}`");
+    }
+}
+
+/// Outside of the drawn ways and the map, a quoted word with a slash is a path.
+#[test]
+fn truth_every_path_that_the_prose_names_exists() {
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let prose: String = page.split("```").step_by(2).collect();
+    let paths: Vec<String> = quoted(&prose).into_iter().filter(|word| word.contains('/')).collect();
+    assert!(paths.len() > 3, "{paths:?}");
+    for path in paths {
+        assert!(root().join(&path).exists(), "there is no {path}");
     }
 }
 

@@ -2,7 +2,8 @@
 //! together.
 //!
 //! The test counts paths in code (not in comments, tests or re-exports) that begin with `crate::`, `super::`
-//! or `self::`. It also counts those that begin with a module of the same file.
+//! or `self::`. It also counts those that begin with a module of the same file. A name that the root takes
+//! from a module leads to that module.
 
 #![expect(clippy::unwrap_used, reason = "a test of files that must be there")]
 
@@ -21,6 +22,9 @@ const KNOWN: [&str; 4] = [
 
 /// A module's path within its crate.
 type Module = Vec<String>;
+
+/// Paths within a crate, and the modules to which they lead.
+type Modules = BTreeMap<Module, Module>;
 
 #[test]
 fn truth_files_of_a_crate_need_each_other_one_way_only() {
@@ -45,14 +49,16 @@ fn truth_files_of_a_crate_need_each_other_one_way_only() {
 fn truth_a_circle_through_a_group_a_parent_and_a_child_is_seen() {
     let needs = |text: &str, module: &[&str]| {
         let all = [vec![], vec!["a"], vec!["a", "b"], vec!["c"]];
-        let all: BTreeSet<Module> =
-            all.iter().map(|path| path.iter().map(ToString::to_string).collect()).collect();
+        let path = |path: &Vec<&str>| path.iter().map(ToString::to_string).collect::<Module>();
+        let mut all: Modules = all.iter().map(|own| (path(own), path(own))).collect();
+        all.extend(at_root("mod a;\nuse other::Y;\npub use a::b::{X, Z};"));
         let module: Module = module.iter().map(ToString::to_string).collect();
         paths(&code(text), &module, &all).iter().map(|module| module.join("::")).collect::<Vec<_>>()
     };
     assert_eq!(needs("use crate::{a::{b::X, Y}, c};", &["d"]), ["a", "a::b", "c"]);
     assert_eq!(needs("fn f(x: super::Y) -> super::super::c::Z {}", &["a", "b"]), ["a", "c"]);
     assert_eq!(needs("mod b;\nfn f() { b::go() }", &["a"]), ["a::b"]);
+    assert_eq!(needs("use crate::X;", &["c"]), ["a::b"]);
     assert_eq!(
         needs("mod b;\npub use b::X;\n// crate::c\n#[cfg(test)]\nmod tests {\nuse crate::c;\n}", &["a"]),
         [""; 0]
@@ -92,11 +98,36 @@ fn files(source: &Path) -> BTreeMap<Module, PathBuf> {
 
 /// Which modules each module needs.
 fn needs(files: &BTreeMap<Module, PathBuf>) -> BTreeMap<Module, BTreeSet<Module>> {
-    let all: BTreeSet<Module> = files.keys().cloned().collect();
+    let text = |path: &PathBuf| fs::read_to_string(path).unwrap();
+    let names = at_root(&text(&files[&Module::new()]));
+    let all: Modules = files.keys().cloned().map(|module| (module.clone(), module)).chain(names).collect();
     let of = |(module, path): (&Module, &PathBuf)| {
-        (module.clone(), paths(&code(&fs::read_to_string(path).unwrap()), module, &all))
+        let mut found = paths(&code(&text(path)), module, &all);
+        found.retain(|module| files.contains_key(module));
+        (module.clone(), found)
     };
     files.iter().map(of).collect()
+}
+
+/// The names that a root takes from modules and other crates, each with its place. A path through the root
+/// leads there.
+fn at_root(text: &str) -> Modules {
+    let mut found = Modules::new();
+    let plain = text.lines().map(|line| line.split("//").next().unwrap_or_default());
+    let text = plain.collect::<Vec<_>>().join(
+        "
+",
+    );
+    for statement in text.split(';').filter_map(|statement| Some(statement.split_once("use ")?.1)) {
+        let words = words(statement);
+        let Some(end) = (1..words.len()).step_by(2).take_while(|at| words[*at] == "::").last() else {
+            continue;
+        };
+        let path: Module = words[..end].iter().step_by(2).map(ToString::to_string).collect();
+        let names = words[end + 1..].iter().filter(|word| word.starts_with(char::is_alphabetic));
+        found.extend(names.map(|name| (vec![(*name).to_owned()], path.clone())));
+    }
+    found
 }
 
 /// A file without comments, its module of tests, and re-exports.
@@ -117,33 +148,26 @@ fn code(text: &str) -> String {
 }
 
 /// Modules other than `module` that paths in its code lead to.
-fn paths(code: &str, module: &Module, all: &BTreeSet<Module>) -> BTreeSet<Module> {
+fn paths(code: &str, module: &Module, all: &Modules) -> BTreeSet<Module> {
     let words = words(code);
     let mut found = BTreeSet::new();
     for at in 0..words.len().saturating_sub(1) {
-        let is_first = at == 0 || words[at - 1] != "::";
+        // A macro names what it needs where it is used.
+        let is_first = at == 0 || !["::", "$"].contains(&words[at - 1]);
         if !is_first || words[at + 1] != "::" {
             continue;
         }
         let child: Module = module.iter().cloned().chain([words[at].to_owned()]).collect();
-        if matches!(words[at], "crate" | "super" | "self") || all.contains(&child) {
+        if matches!(words[at], "crate" | "super" | "self") || all.contains_key(&child) {
             follow(&words, at, module.clone(), all, &mut found);
         }
     }
     found.remove(module);
-    // The root lists modules; a path through it alone is a re-export.
-    found.remove(&Module::new());
     found
 }
 
 /// Follows the path that begins at word `at`, from `base`; returns its end.
-fn follow(
-    words: &[&str],
-    mut at: usize,
-    base: Module,
-    all: &BTreeSet<Module>,
-    found: &mut BTreeSet<Module>,
-) -> usize {
+fn follow(words: &[&str], mut at: usize, base: Module, all: &Modules, found: &mut BTreeSet<Module>) -> usize {
     let (mut here, mut is_inside) = (base, true);
     loop {
         match words.get(at).copied() {
@@ -162,9 +186,12 @@ fn follow(
             }
             Some(word) => {
                 here.push(word.to_owned());
-                if !is_inside || !all.contains(&here) {
-                    here.pop();
-                    is_inside = false;
+                match all.get(&here).filter(|_| is_inside) {
+                    Some(module) => here.clone_from(module),
+                    None => {
+                        here.pop();
+                        is_inside = false;
+                    }
                 }
             }
         }

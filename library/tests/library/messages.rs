@@ -40,9 +40,23 @@ fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
     }
 }
 
-/// Lines of product code; tests may inspect messages.
+/// Lines of product code. Tests, which may inspect messages, are the module `tests` up to its closing brace.
 fn product(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    text.lines().enumerate().take_while(|(_, line)| !line.starts_with("#[cfg(test)]"))
+    let mut is_test = false;
+    text.lines().enumerate().filter(move |(_, line)| {
+        is_test |= *line == "mod tests {";
+        let is_product = !is_test;
+        is_test &= *line != "}";
+        is_product
+    })
+}
+
+#[test]
+fn truth_code_after_a_test_item_is_looked_at() {
+    let text =
+        "fn a() {}\n#[cfg(test)]\nmod fixture;\nfn b() {}\n#[cfg(test)]\nmod tests {\n    c();\n}\nfn d() {}";
+    let kept: Vec<&str> = product(text).map(|(_, line)| line).filter(|line| line.starts_with("fn")).collect();
+    assert_eq!(kept, ["fn a() {}", "fn b() {}", "fn d() {}"]);
 }
 
 #[test]

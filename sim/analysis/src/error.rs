@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use feeler_control::ControlError;
 use feeler_engine::EngineError;
 use feeler_lti::LtiError;
+use feeler_plant::description::Actuator;
 use feeler_problem::{Problem, Remedy};
 use thiserror::Error;
 
@@ -93,10 +94,11 @@ impl Remedy for AnalysisError {
             }
             Self::NoController { known, .. } => format!("name the controller {}", known.join(" or ")).into(),
             Self::ContinuousServo { name } => {
-                format!("state `actuators.{name}.period`, or sweep its gain").into()
+                format!("state `{}`, or sweep its gain", Actuator::SERVO_PERIOD.of(name)).into()
             }
             Self::Cascade { servo, .. } => {
-                format!("leave out `actuators.{servo}.period`: its loop is then continuous").into()
+                format!("leave out `{}`: its loop is then continuous", Actuator::SERVO_PERIOD.of(servo))
+                    .into()
             }
             Self::NoGain { known, .. } => format!("name one of {known}").into(),
             Self::Rates { .. } => "make the period of one a multiple of the other's".into(),

@@ -1,6 +1,8 @@
 //! Joints with gears and springs, and the linear model of an arm at a pose.
 
-use feeler_catalogue::{Bound, Dimension, Field, KeyKind, Keyed, Unit, field, number, optional, required};
+use feeler_catalogue::{
+    Bound, Dimension, Field, KeyKind, Keyed, Tabled, Unit, field, number, optional, required,
+};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::chain::Chain;
@@ -28,15 +30,24 @@ pub struct JointDrive {
     pub bandwidth_hz: Option<f64>,
 }
 
+impl Tabled for JointDrive {
+    const TABLE: &'static str = "joints";
+}
+
+impl JointDrive {
+    /// Its rotor's inertia.
+    pub const ROTOR_INERTIA: Field<Self> = field!(JointDrive: rotor_inertia_kg_m2,
+        required("rotor_inertia", KeyKind::Quantity(Unit::Of(Dimension::MASS), Bound::Positive),
+            "of the rotor about its own axis, before the gear"));
+}
+
 /// A drive takes friction and effort from its URDF if a file omits them.
 impl Keyed for JointDrive {
     const FIELDS: &'static [Field<Self>] = &[
         field!(JointDrive: gear_ratio,
             required("gear_ratio", KeyKind::Quantity(Unit::Of(Dimension::NONE), Bound::Positive),
                 "turns of the rotor per turn of the joint")),
-        field!(JointDrive: rotor_inertia_kg_m2,
-            required("rotor_inertia", KeyKind::Quantity(Unit::Of(Dimension::MASS), Bound::Positive),
-                "of the rotor about its own axis, before the gear")),
+        JointDrive::ROTOR_INERTIA,
         field!(JointDrive: stiffness_n_m_per_rad,
             required("stiffness", KeyKind::Quantity(Unit::Of(Dimension::STIFFNESS), Bound::Positive),
                 "of gear and shaft, at the joint")),

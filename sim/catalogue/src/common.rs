@@ -20,6 +20,9 @@ pub const DAMPING_RATIO: Key = optional(
     "of a second-order filter; first order if absent",
 );
 
+/// Name of the key of the law of a contact or a controller.
+pub const LAW: &str = "law";
+
 /// Name of the key of a low-pass.
 pub const LOW_PASS: &str = "low_pass";
 

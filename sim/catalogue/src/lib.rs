@@ -34,8 +34,9 @@ mod dimension;
 mod field;
 mod shape;
 mod slot;
+mod tabled;
 
-pub use common::{CORNER, DAMPING_RATIO, LONGEST_DELAY, LOW_PASS, low_pass};
+pub use common::{CORNER, DAMPING_RATIO, LAW, LONGEST_DELAY, LOW_PASS, low_pass};
 pub use content::{Content, Contents};
 pub use dimension::{Dimension, same_exponent};
 pub use field::{Field, Form, GainPart, KeyRole, Keyed, chained, joined, keys, variants};
@@ -43,3 +44,4 @@ pub use shape::{
     Absent, Bound, Choice, Key, KeyKind, Keys, Unit, Variant, Word, compact, number, optional, required, word,
 };
 pub use slot::Slot;
+pub use tabled::Tabled;

@@ -2,7 +2,7 @@
 
 use feeler_lanes::Lane;
 
-use crate::AdmittanceGains;
+use crate::law::AdmittanceGains;
 use crate::listing::Listing;
 
 /// The virtual body `M a + B v + K x = e`, with `e = r - f` held over a period, and the inner loop that

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use feeler_lanes::{Lane, LaneMask};
 
-use crate::Approach;
 use crate::listing::Listing;
+use crate::spec::Approach;
 
 /// Damping ratio of the approach's position loop.
 const DAMPING_RATIO: f64 = 0.7;

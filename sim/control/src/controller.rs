@@ -2,16 +2,19 @@
 
 use std::fmt;
 
+use feeler_catalogue::LOW_PASS;
 use feeler_lanes::{Lane, LaneMask};
 
 use crate::admittance::{AdmittanceConfig, AdmittanceState};
 use crate::approach::{ApproachConfig, ApproachState};
+use crate::error::ControlError;
 use crate::filter::{Section, SectionState};
 use crate::impedance::{ImpedanceConfig, ImpedanceState};
+use crate::law::{AdmittanceGains, ForceGains, ImpedanceGains, Law};
 use crate::listing::Listing;
 use crate::motion::{MotionConfig, MotionState};
 use crate::pid::{PidConfig, PidState, limited, list_limited};
-use crate::{AdmittanceGains, ControlError, ControllerSpec, ForceGains, ImpedanceGains, Law};
+use crate::spec::ControllerSpec;
 
 /// Signals that a controller reads at one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -219,7 +222,8 @@ impl Controller<f64> {
         let l = &mut listing;
         let reads = !matches!(config.law, LawConfig::OpenLoop) || config.approach.is_present();
         let mut y = "reading".to_owned();
-        for (name, filter) in [("low_pass", &config.low_pass), ("notch", &config.notch)] {
+        let notch = ControllerSpec::NOTCH.key.name;
+        for (name, filter) in [(LOW_PASS, &config.low_pass), (notch, &config.notch)] {
             if let Some(filter) = filter.as_ref().filter(|_| reads) {
                 l.truth_state("started");
                 y = filter.list(l, name, &y, "!s.started");

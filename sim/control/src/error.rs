@@ -5,7 +5,9 @@ use std::borrow::Cow;
 use feeler_catalogue::Bound;
 use feeler_problem::{Remedy, short};
 
-use crate::ControllerSpec;
+/// The keys that an error may name.
+pub(crate) const APPROACH: &str = "approach";
+pub(crate) const REFERENCE: &str = "reference";
 
 /// Why a controller or a reference cannot be built. Keys are those of the machine file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -25,8 +27,13 @@ pub enum ControlError {
     TimingDiffers { lane: usize },
     #[error("`approach` waits for a force, and the position law reads a position")]
     ApproachNeedsForce,
-    #[error("an admittance needs a virtual `mass` or a virtual `damping` above zero")]
-    AdmittanceWithoutMassOrDamping,
+    #[error("the drive of the approach moves a mass of {value} kg")]
+    ApproachMass { value: f64 },
+    #[error("an admittance needs a virtual `{mass}` or a virtual `damping` above zero")]
+    AdmittanceWithoutMassOrDamping {
+        /// The key of the virtual mass.
+        mass: &'static str,
+    },
     #[error("a reference of kind `{kind}` needs at least one point")]
     EmptyReference { kind: &'static str },
     #[error("the times of a reference must increase: point {index} is at {time_s} s, after {previous_s} s")]
@@ -55,7 +62,10 @@ impl Remedy for ControlError {
             Self::ApproachNeedsForce => {
                 "use a force, impedance or admittance law, or leave `approach` out".into()
             }
-            Self::AdmittanceWithoutMassOrDamping => "write a `mass` or a `damping` above zero".into(),
+            Self::ApproachMass { .. } => "let it drive a body that can move, or leave `approach` out".into(),
+            Self::AdmittanceWithoutMassOrDamping { mass } => {
+                format!("write a `{mass}` or a `damping` above zero").into()
+            }
             Self::EmptyReference { .. } => "give it at least one point".into(),
             Self::TimesNotIncreasing { .. } => "sort the points by time, and write each time once".into(),
             Self::TableLengths { .. } => "give each time one value".into(),
@@ -67,9 +77,14 @@ impl Remedy for ControlError {
     fn place(&self) -> String {
         match self {
             Self::OutOfRange { key, .. } | Self::TooLarge { key, .. } => key.clone(),
-            Self::ApproachNeedsForce => ControllerSpec::APPROACH.key.name.into(),
-            Self::AdmittanceWithoutMassOrDamping => "mass".into(),
-            _ => String::new(),
+            Self::ApproachNeedsForce | Self::ApproachMass { .. } => APPROACH.into(),
+            Self::AdmittanceWithoutMassOrDamping { mass } => (*mass).into(),
+            Self::EmptyReference { .. }
+            | Self::TimesNotIncreasing { .. }
+            | Self::TableLengths { .. }
+            | Self::NoLines { .. }
+            | Self::PrbsOrder { .. } => REFERENCE.into(),
+            Self::LaneCount { .. } | Self::LawsDiffer { .. } | Self::TimingDiffers { .. } => String::new(),
         }
     }
 
@@ -79,7 +94,7 @@ impl Remedy for ControlError {
 }
 
 /// `value` if it obeys `bound`.
-fn within(key: &str, value: f64, bound: Bound) -> Result<f64, ControlError> {
+fn within(key: impl Into<String>, value: f64, bound: Bound) -> Result<f64, ControlError> {
     if bound.admits(value) {
         Ok(value)
     } else {
@@ -88,17 +103,17 @@ fn within(key: &str, value: f64, bound: Bound) -> Result<f64, ControlError> {
 }
 
 /// `value` if it is finite and above zero.
-pub(crate) fn positive(key: &str, value: f64) -> Result<f64, ControlError> {
+pub(crate) fn positive(key: impl Into<String>, value: f64) -> Result<f64, ControlError> {
     within(key, value, Bound::Positive)
 }
 
 /// `value` if it is finite and not below zero.
-pub(crate) fn not_negative(key: &str, value: f64) -> Result<f64, ControlError> {
+pub(crate) fn not_negative(key: impl Into<String>, value: f64) -> Result<f64, ControlError> {
     within(key, value, Bound::NotNegative)
 }
 
 /// `value` if it is finite.
-pub(crate) fn finite(key: &str, value: f64) -> Result<f64, ControlError> {
+pub(crate) fn finite(key: impl Into<String>, value: f64) -> Result<f64, ControlError> {
     within(key, value, Bound::Any)
 }
 
@@ -122,7 +137,8 @@ mod tests {
             ControlError::LawsDiffer { lane: 1 },
             ControlError::TimingDiffers { lane: 1 },
             ControlError::ApproachNeedsForce,
-            ControlError::AdmittanceWithoutMassOrDamping,
+            ControlError::ApproachMass { value: 0.0 },
+            ControlError::AdmittanceWithoutMassOrDamping { mass: "mass" },
             ControlError::EmptyReference { kind: "steps" },
             ControlError::TimesNotIncreasing { index: 1, time_s: 0.5, previous_s: 1.0 },
             ControlError::TableLengths { times: 2, values: 3 },

@@ -2,7 +2,7 @@
 
 use feeler_lanes::Lane;
 
-use crate::ImpedanceGains;
+use crate::law::ImpedanceGains;
 use crate::listing::Listing;
 
 /// `f_d[n] = K (x_r[n] - x[n]) + D ((x_r[n] - x_r[n-1]) / T - v[n])`, `u[n] = f_d[n] + g (f_d[n] - f[n])`.

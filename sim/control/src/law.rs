@@ -193,6 +193,11 @@ macro_rules! virtual_body {
     };
 }
 
+impl Law {
+    /// The mass of an admittance's virtual body.
+    pub const ADMITTANCE_MASS: Field<Self> = virtual_body!(mass, Dimension::MASS, 3, Other, "virtual mass");
+}
+
 const DERIVATIVE_FILTER: Key = number(
     "derivative_filter",
     TIME,
@@ -230,7 +235,7 @@ const IMPEDANCE: &[Field<Law>] = &[
 ];
 
 const ADMITTANCE: &[Field<Law>] = &[
-    virtual_body!(mass, Dimension::MASS, 3, Other, "virtual mass"),
+    Law::ADMITTANCE_MASS,
     virtual_body!(damping, Dimension::DAMPING, 4, Damping, "virtual damping"),
     virtual_body!(stiffness, Dimension::STIFFNESS, 5, Other, "virtual stiffness"),
     gain!(Admittance.kp, PER_LENGTH, 0, Proportional, "inner loop, on position"),

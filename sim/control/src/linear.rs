@@ -1,7 +1,9 @@
 //! A controller as a linear system, for the analysis of the sampled loop.
 
 use crate::controller::STATE_LENGTH;
-use crate::{ControlError, Controller, ControllerSpec, Inputs};
+use crate::controller::{Controller, Inputs};
+use crate::error::ControlError;
+use crate::spec::ControllerSpec;
 
 /// A control law in contact, without its limit and resolution: `x[n+1] = A x[n] + B in[n]`, `u[n] = C x[n] +
 /// D in[n]` with `in = [reference, reading, motion]`. Delay and hold are not included; they belong to the

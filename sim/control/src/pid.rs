@@ -3,8 +3,8 @@
 use feeler_lanes::{Lane, LaneMask};
 
 use crate::filter::{Section, SectionState};
+use crate::law::{AntiWindup, ForceGains, PositionGains};
 use crate::listing::Listing;
-use crate::{AntiWindup, ForceGains, PositionGains};
 
 /// `u = feed_forward r + kp e + i + kd d - damping v`, with `e` the error `r - y` after the lead compensator,
 /// and

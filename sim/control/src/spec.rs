@@ -1,12 +1,13 @@
 //! The specification of one controller in a file.
 
 use feeler_catalogue::{
-    Bound, CORNER, DAMPING_RATIO, Dimension, Field, KeyKind, Keyed, Keys, LONGEST_DELAY, LOW_PASS, Unit,
-    field, keys, low_pass, number, optional, required,
+    Bound, CORNER, DAMPING_RATIO, Dimension, Field, KeyKind, Keyed, Keys, LONGEST_DELAY, LOW_PASS, Tabled,
+    Unit, field, keys, low_pass, number, optional, required,
 };
 
-use crate::error::{ControlError, positive};
-use crate::{Law, ReferenceSpec};
+use crate::error::{APPROACH as APPROACH_NAME, ControlError};
+use crate::law::Law;
+use crate::reference::ReferenceSpec;
 
 /// The specification of one controller (SI: on a rotational axis read N m for N and rad for m).
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +83,8 @@ impl ControllerSpec {
             }
         }
         if matches!(self.law, Law::Admittance(gains) if gains.mass == 0.0 && gains.damping == 0.0) {
-            return Err(ControlError::AdmittanceWithoutMassOrDamping);
+            let mass = Law::ADMITTANCE_MASS.key.name;
+            return Err(ControlError::AdmittanceWithoutMassOrDamping { mass });
         }
         Ok(())
     }
@@ -161,12 +163,20 @@ impl Approach {
     fn check(&self) -> Result<(), ControlError> {
         if let Some(value) = self.release.filter(|release| *release > self.until) {
             let (bound, why) = (self.until, "the threshold that ends the approach");
-            return Err(ControlError::TooLarge { key: "approach.release".to_owned(), value, bound, why });
+            return Err(ControlError::TooLarge { key: Self::key(&Self::RELEASE), value, bound, why });
         }
         if self.velocity_drive {
             return Ok(());
         }
-        positive("approach.effective_mass", self.effective_mass).map(drop)
+        if Bound::Positive.admits(self.effective_mass) {
+            return Ok(());
+        }
+        Err(ControlError::ApproachMass { value: self.effective_mass })
+    }
+
+    /// The key of a field in a controller, as `approach.until`.
+    pub fn key(field: &Field<Self>) -> String {
+        format!("{}.{}", ControllerSpec::APPROACH.key.name, field.key.name)
     }
 }
 
@@ -177,7 +187,19 @@ const FORCE: Unit = Unit::Of(Dimension::FORCE);
 /// No controller samples a billion times a second.
 const SHORTEST_PERIOD: Bound = Bound::Within(1e-9, 1e6);
 
+impl Tabled for ControllerSpec {
+    const TABLE: &'static str = "controllers";
+}
+
 impl ControllerSpec {
+    /// Time between its samples.
+    pub const PERIOD: Field<Self> = field!(ControllerSpec: period_s,
+        required("period", KeyKind::Quantity(TIME, SHORTEST_PERIOD),
+            "time between samples; t = 0 is a sample"));
+    /// Time from a sample until its output acts.
+    pub const DELAY: Field<Self> = field!(ControllerSpec: delay_s,
+        number("delay", TIME, LONGEST_DELAY, 0.0,
+            "from a sample to the instant at which its output is applied; any number"));
     /// Its largest output.
     pub const OUTPUT_LIMIT: Field<Self> = field!(ControllerSpec: output_limit,
         optional("output_limit", KeyKind::Quantity(Unit::Output, Bound::Positive),
@@ -192,7 +214,7 @@ impl ControllerSpec {
             "notch on the reading, after its low-pass, of gain 1 at zero frequency"));
     /// The phase before contact.
     pub const APPROACH: Field<Self> = field!(ControllerSpec: approach,
-        optional("approach", KeyKind::Table(&APPROACH),
+        optional(APPROACH_NAME, KeyKind::Table(&APPROACH),
             "the phase before contact: move at a set speed until the reading reaches a force"));
 }
 
@@ -205,12 +227,8 @@ impl NotchSpec {
 /// Everything except the law and the reference, which have their own keys.
 impl Keyed for ControllerSpec {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(ControllerSpec: period_s,
-            required("period", KeyKind::Quantity(TIME, SHORTEST_PERIOD),
-                "time between samples; t = 0 is a sample")),
-        field!(ControllerSpec: delay_s,
-            number("delay", TIME, LONGEST_DELAY, 0.0,
-                "from a sample to the instant at which its output is applied; any number")),
+        ControllerSpec::PERIOD,
+        ControllerSpec::DELAY,
         ControllerSpec::JITTER,
         field!(ControllerSpec: offset_s,
             number("offset", TIME, Bound::NotNegative, 0.0, "time of the first sample")),
@@ -261,18 +279,25 @@ impl Keyed for NotchSpec {
 
 static APPROACH: Keys = Keys { keys: keys!(Approach::FIELDS), choice: None };
 
+impl Approach {
+    /// The force that ends it.
+    pub const UNTIL: Field<Self> = field!(Approach: until,
+        required("until", KeyKind::Quantity(FORCE, Bound::Any),
+            "the phase ends at the first sample whose reading is at least this"));
+    /// The force below which it starts again.
+    pub const RELEASE: Field<Self> = field!(Approach: release,
+        optional("release", KeyKind::Quantity(FORCE, Bound::Any),
+            "it starts again below this, at most `until`; if absent, contact latches"));
+}
+
 /// Values that come from the machine are not keys.
 impl Keyed for Approach {
     const FIELDS: &'static [Field<Self>] = &[
         field!(Approach: speed,
             required("speed", KeyKind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive),
                 "speed towards the workpiece")),
-        field!(Approach: until,
-            required("until", KeyKind::Quantity(FORCE, Bound::Any),
-                "the phase ends at the first sample whose reading is at least this")),
-        field!(Approach: release,
-            optional("release", KeyKind::Quantity(FORCE, Bound::Any),
-                "it starts again below this, at most `until`; if absent, contact latches")),
+        Approach::UNTIL,
+        Approach::RELEASE,
         field!(Approach: bandwidth_hz,
             number("bandwidth", FREQUENCY, Bound::Positive, Approach::DEFAULT_BANDWIDTH_HZ,
                 "of the position loop that moves a force drive")),

@@ -1,6 +1,8 @@
 //! Sample instants of a controller.
 
-use crate::{ControlError, ControllerSpec, Stream};
+use crate::error::ControlError;
+use crate::noise::Stream;
+use crate::spec::ControllerSpec;
 
 /// Largest jitter as a share of the period: below one half, so that samples keep their order.
 const LARGEST_JITTER_IN_PERIODS: f64 = 0.49;

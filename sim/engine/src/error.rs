@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use feeler_control::ControlError;
+use feeler_catalogue::Tabled;
+use feeler_control::{ControlError, ControllerSpec};
 use feeler_lti::LtiError;
 use feeler_problem::{Problem, Remedy, in_lines};
 use thiserror::Error;
@@ -59,9 +60,12 @@ impl Remedy for EngineError {
         match self {
             Self::Problems { problems } => problems.first().map_or_else(String::new, |p| p.key.clone()),
             Self::Control { name, source } => {
-                format!("controllers.{name}.{}", source.place()).trim_end_matches('.').into()
+                format!("{}.{}", ControllerSpec::place(name), source.place()).trim_end_matches('.').into()
             }
-            _ => String::new(),
+            Self::Exponential(error) => error.place(),
+            Self::TooFast { .. } | Self::Structure { .. } | Self::BodyEngines { .. } | Self::Lanes { .. } => {
+                String::new()
+            }
         }
     }
 
@@ -139,10 +143,8 @@ mod tests {
         let source = ControlError::OutOfRange { key: "period".into(), value: 0.0, bound: Bound::Positive };
         let error = EngineError::Control { name: "force".into(), source };
         assert_eq!(error.problems()[0].key, "controllers.force.period");
-        let whole = EngineError::Control {
-            name: "force".into(),
-            source: ControlError::EmptyReference { kind: "steps" },
-        };
+        let whole =
+            EngineError::Control { name: "force".into(), source: ControlError::LawsDiffer { lane: 1 } };
         assert_eq!(whole.place(), "controllers.force");
     }
 }

@@ -107,7 +107,7 @@ impl<T: TimeDomain> AffineLoop<T> {
     /// # Errors
     /// [`LtiError::Shape`]; [`LtiError::OutOfRange`] if D is not zero, since A is then not affine in the
     /// gain.
-    pub fn negative_feedback(system: &crate::StateSpace<T>) -> Result<Self, LtiError> {
+    pub fn negative_feedback(system: &crate::state_space::StateSpace<T>) -> Result<Self, LtiError> {
         system.require_siso()?;
         let d = system.d()[(0, 0)];
         if d.abs() > 0.0 {

@@ -3,12 +3,13 @@
 use feeler_arm::{Arm, Chain, Others, Reduction, Target, inverse_kinematics};
 use feeler_catalogue::{Bound, Dimension, Field, Keyed, Unit, field, number};
 use feeler_engine::Scenario;
-use feeler_geometry::{Pair, Placement, Shape};
+use feeler_geometry::Pair;
 use nalgebra::Vector3;
 
 use crate::bodies::{self, BodyShapes, numbers};
 use crate::error::ManipulatorError;
 use crate::joint::JointPart;
+use crate::start::{Part, Start};
 
 /// Overlap of a joint with itself by rounding, m.
 const TOUCHING: f64 = 1e-9;
@@ -17,26 +18,6 @@ const REACHES: f64 = 2.0;
 
 /// An arm with few joints follows an arc along the normal: its largest lateral deviation over its path.
 const ON_AN_ARC: f64 = 0.1;
-
-/// A shape at a place.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Part {
-    /// Centred on its own origin.
-    pub shape: Shape,
-    /// Its place: for a tip in the tool's frame, for a workpiece in the base's.
-    pub place: Placement,
-}
-
-/// State of the arm at the start.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Start {
-    /// Joint positions, rad or m; gears are relaxed.
-    pub pose: Vec<f64>,
-    /// The direction of force control: from the tool into the workpiece, in the base's frame.
-    pub normal: [f64; 3],
-    /// Speed of the tool along the normal, m/s; all parts start as a rigid arm.
-    pub speed_m_per_s: f64,
-}
 
 /// Position control of the tool's other directions.
 ///

@@ -4,10 +4,12 @@ use std::borrow::Cow;
 
 use feeler_arm::ArmError;
 use feeler_control::ControlError;
-use feeler_engine::EngineError;
+use feeler_engine::{EngineError, RunSettings};
 use feeler_geometry::GeometryError;
 use feeler_problem::{Remedy, short};
 use thiserror::Error;
+
+use crate::start::{Part, Start};
 
 /// Why a cell cannot be simulated.
 #[derive(Debug, Error)]
@@ -96,11 +98,11 @@ impl Remedy for ManipulatorError {
     fn place(&self) -> String {
         match self {
             Self::Work { key, .. } => key.clone(),
-            Self::Step { .. } => "run.step".into(),
-            Self::NeverMeets => "start.normal".into(),
-            Self::OutOfReach { .. } => "workpiece".into(),
-            Self::Geometry(_) => "tip".into(),
-            Self::Penetrates { .. } | Self::SelfIntersects { .. } | Self::Count { .. } => "start".into(),
+            Self::Step { .. } => RunSettings::key(&RunSettings::STEP),
+            Self::NeverMeets => format!("{}.{}", Start::TABLE, Start::NORMAL.name),
+            Self::OutOfReach { .. } => Part::WORKPIECE.into(),
+            Self::Geometry(_) => Part::TIP.into(),
+            Self::Penetrates { .. } | Self::SelfIntersects { .. } | Self::Count { .. } => Start::TABLE.into(),
             Self::Arm(_) | Self::Engine(_) | Self::Control(_) => {
                 self.passed_on().map_or_else(String::new, Remedy::place)
             }

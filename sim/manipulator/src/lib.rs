@@ -22,12 +22,14 @@ mod mode;
 mod record;
 mod sampling;
 mod simulation;
+mod start;
 mod state;
 mod stepping;
 
 pub use bodies::{BodyShapes, link_capsules};
-pub use cell::{Cell, Hold, Part, Start};
+pub use cell::{Cell, Hold};
 pub use error::ManipulatorError;
 pub use joint::{JointPart, joint_effect_host, joint_effects};
 pub use record::{CellRecord, JointEvent, LOWER, UPPER};
 pub use simulation::{CellSimulation, Finished};
+pub use start::{Part, Start};

@@ -1,9 +1,10 @@
 //! Actions at instants: readings, control, arrivals of commands.
 
 use feeler_arm::Arm;
+use feeler_catalogue::Tabled;
 use feeler_control::{Controller, Reference, SampleClock};
-use feeler_engine::Program;
 use feeler_engine::parts::{DriveChain, Sampler, Sensing, Tapped, due};
+use feeler_engine::{ControllerUse, Program};
 use nalgebra::DVector;
 
 use crate::cell::Cell;
@@ -41,7 +42,7 @@ impl Control {
             return Err(ManipulatorError::Count { what: "controller", count });
         };
         let (spec, seed) = (wired.spec, program.settings().seed);
-        let key = format!("controllers.{}", wired.name);
+        let key = ControllerUse::place(wired.name);
         let clock = SampleClock::new(spec, seed, &key)?;
         let controller = Controller::new(std::slice::from_ref(spec))?;
         let tap = |sensor: Option<usize>| sensor.map(|i| Tapped { sensor: i, signal: i });

@@ -1,10 +1,11 @@
 //! Simulation of an arm and its controller over time.
 
-use feeler_arm::Reduction;
+use feeler_arm::{JointDrive, Reduction};
+use feeler_catalogue::Tabled;
 use feeler_engine::parts::{Sensing, Tap, due};
-use feeler_engine::{Program, RunEnd, Trace};
+use feeler_engine::{Program, RunEnd, RunSettings, Trace};
 use feeler_plant::assembly::{Assembly, Source};
-use feeler_plant::description::Quantity;
+use feeler_plant::description::{Contact, Quantity};
 use nalgebra::{DVector, Vector3};
 
 use crate::bodies::numbers;
@@ -390,10 +391,11 @@ fn step_s(cell: &Cell, plant: &Plant, reduction: &Reduction) -> Result<f64, Mani
 /// The cause of short steps, in words and as a key.
 fn fastest(cell: &Cell, [of_modes, of_drives, of_contact]: [f64; 3]) -> (String, String) {
     if cell.step_s.is_some() {
-        return ("`run.step`".into(), "run.step".into());
+        let key = RunSettings::key(&RunSettings::STEP);
+        return (format!("`{key}`"), key);
     }
     if of_contact > of_modes.max(of_drives) {
-        return ("the damping of the contact".into(), "contacts".into());
+        return ("the damping of the contact".into(), Contact::TABLE.into());
     }
     let reflected = cell.arm.reflected_inertia_kg_m2();
     // The rate of a rotor on its gear, which identifies a joint's own motion.
@@ -404,7 +406,7 @@ fn fastest(cell: &Cell, [of_modes, of_drives, of_contact]: [f64; 3]) -> (String,
     let joint = (0..cell.joints.len()).max_by(|a, b| rate(*a).total_cmp(&rate(*b))).unwrap_or(0);
     let name = cell.arm.chain().joints[joint].name.clone();
     if of_drives > of_modes {
-        return ("the fastest drive".into(), "joints".into());
+        return ("the fastest drive".into(), JointDrive::TABLE.into());
     }
-    (format!("joint `{name}`, the lightest rotor on its gear,"), format!("joints.{name}.rotor_inertia"))
+    (format!("joint `{name}`, the lightest rotor on its gear,"), JointDrive::ROTOR_INERTIA.of(&name))
 }

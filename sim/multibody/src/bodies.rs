@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::fmt;
 
-use feeler_engine::{BodyEngine, EngineError};
+use feeler_engine::{BodyEngine, EngineError, RunSettings};
 use feeler_plant::description::Axis;
 use feeler_plant::motion::Motion;
 use feeler_plant::problem::Problem;
@@ -122,7 +122,9 @@ fn too_fast(speed: f64, step_s: f64) -> EngineError {
          engine also tells whether the motion is unstable",
         LARGEST_TURN / speed.abs()
     );
-    EngineError::Problems { problems: vec![Problem::new("run.step", message, remedy)] }
+    EngineError::Problems {
+        problems: vec![Problem::new(RunSettings::key(&RunSettings::STEP), message, remedy)],
+    }
 }
 
 impl BodyEngine for RapierBodies {

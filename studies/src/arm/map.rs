@@ -1,5 +1,6 @@
 //! The force bandwidth over a workspace.
 
+use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use feeler_arm::{Agreement, ArmError, Others, Target, inverse_kinematics};
@@ -149,4 +150,34 @@ fn values(
     let (axis, agreement) = file.arm.reduce_in_contact(pose, normal, others, touch)?;
     let stiffness_n_per_m = axis.static_stiffness_n_per_m;
     Ok(MapValues { pose: pose.to_vec(), mass_kg: axis.mass_kg, stiffness_n_per_m, agreement })
+}
+
+/// The map as comma-separated values, a row for each position. Numbers are SI, and `none` stands for one that
+/// does not exist. A position without an axis has the reason in the last column.
+pub fn map_csv(map: &[MapPoint]) -> String {
+    let mut text = String::from(
+        "x_m,y_m,z_m,mass_kg,stiffness_n_per_m,largest_ki_per_s,force_bandwidth_hz,\
+         axis_force_bandwidth_hz,contact_mode_misfit,phase_crossover_misfit,stable_kp_misfit,\
+         stable_ki_misfit,within_5_percent,without_axis\n",
+    );
+    for point in map {
+        let [x, y, z] = point.place_m;
+        let number = |value: f64| if value.is_nan() { "none".to_owned() } else { value.to_string() };
+        let values = match &point.found {
+            Err(why) => format!(",,,,,,,,,,\"{}\"", why.reason().replace('"', "'").replace('\n', " ")),
+            Ok(v) => {
+                let misfits = v.agreement.misfits().map(|misfit| format!("{misfit:.5}")).join(",");
+                let [bandwidth, of_axis] = v.agreement.force_bandwidth_hz.map(number);
+                let ki = number(v.agreement.largest_ki_per_s[0]);
+                format!(
+                    "{},{},{ki},{bandwidth},{of_axis},{misfits},{},",
+                    v.mass_kg,
+                    v.stiffness_n_per_m,
+                    v.agreement.is_trusted()
+                )
+            }
+        };
+        let _ = writeln!(text, "{x},{y},{z},{values}");
+    }
+    text
 }

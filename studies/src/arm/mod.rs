@@ -6,4 +6,4 @@ mod map;
 
 pub use axis_file::{AxisFile, ToolContact, axis_file, distrust, gain_in_words};
 pub use error::ArmFileError;
-pub use map::{Grid, MapPoint, MapValues, NoAxis, bandwidth_map, tool_target, without_axis};
+pub use map::{Grid, MapPoint, MapValues, NoAxis, bandwidth_map, map_csv, tool_target, without_axis};

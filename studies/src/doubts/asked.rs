@@ -1,8 +1,10 @@
 //! The force that a file asks for, and what is too weak, too late or too coarse for it.
 
-use feeler_control::Reference;
-use feeler_engine::Scenario;
-use feeler_plant::description::{ActuatorKind, Axis, Contact, Quantity, Sensor};
+use feeler_catalogue::Tabled;
+use feeler_control::reference::FOLLOWED;
+use feeler_control::{Approach, ControllerSpec, Reference};
+use feeler_engine::{ControllerUse, Scenario};
+use feeler_plant::description::{Actuator, ActuatorKind, Axis, Contact, Quantity, Sensor};
 use feeler_problem::Problem;
 
 use super::distance::apart_m;
@@ -70,9 +72,9 @@ impl<'a> Asked<'a> {
         let most_n = limits.sum::<Option<f64>>()?;
         (most_n < self.most_n()).then(|| {
             Problem::new(
-                format!("actuators.{}.limit", self.scenario.controllers[self.found.controller].drives),
+                Actuator::LIMIT.of(&self.scenario.controllers[self.found.controller].drives),
                 format!("the drive gives {} at most, less than the {}", self.force(most_n), self.reference()),
-                format!("raise the limit, or lower controllers.{}.reference", self.found.name),
+                format!("raise the limit, or lower {}", FOLLOWED.of::<ControllerUse>(&self.found.name)),
             )
         })
     }
@@ -83,7 +85,7 @@ impl<'a> Asked<'a> {
         let limit_n = used.spec.output_limit.filter(|_| !self.drives_velocity())?;
         (limit_n < self.most_n()).then(|| {
             Problem::new(
-                format!("controllers.{}.output_limit", self.found.name),
+                ControllerSpec::OUTPUT_LIMIT.of(&self.found.name),
                 format!("the output is {} at most, less than the {}", self.force(limit_n), self.reference()),
                 "raise the limit, or lower the reference",
             )
@@ -103,7 +105,7 @@ impl<'a> Asked<'a> {
         let until_n = spec.approach.as_ref()?.until / self.sensor.gain;
         (until_n > self.range_n[1] && self.range_n[1] > 0.0).then(|| {
             Problem::new(
-                format!("controllers.{}.approach.until", self.found.name),
+                format!("{}.{}", ControllerUse::place(&self.found.name), Approach::key(&Approach::UNTIL)),
                 format!(
                     "the approach presses up to {}, more than the {}",
                     self.force(until_n),
@@ -119,7 +121,7 @@ impl<'a> Asked<'a> {
         let noise_n = self.sensor.noise / self.sensor.gain.abs();
         (noise_n > HIDES * self.most_n()).then(|| {
             Problem::new(
-                format!("sensors.{}.noise", self.sensor_name),
+                Sensor::NOISE.of(self.sensor_name),
                 format!("a standard deviation of {} hides the {}", self.force(noise_n), self.reference()),
                 format!("noise is in {} unless a unit is given: write \"m{0}\" if that is meant", self.unit),
             )
@@ -131,7 +133,7 @@ impl<'a> Asked<'a> {
         let step_n = self.sensor.resolution? / self.sensor.gain.abs();
         (step_n > self.most_n()).then(|| {
             Problem::new(
-                format!("sensors.{}.resolution", self.sensor_name),
+                Sensor::RESOLUTION.of(self.sensor_name),
                 format!("steps of {} are larger than the {}", self.force(step_n), self.reference()),
                 format!(
                     "resolution is in {} unless a unit is given: write \"m{0}\" if that is meant",
@@ -156,7 +158,7 @@ impl<'a> Asked<'a> {
             let is_coarse = sensor.reads.quantity == Quantity::Position && is_used(name) && step_m > motion_m;
             is_coarse.then(|| {
                 Problem::new(
-                    format!("sensors.{name}.resolution"),
+                    Sensor::RESOLUTION.of(name),
                     format!(
                         "steps of {} are larger than the motion: gap and deflection are {}",
                         with_unit(step_m, length),

@@ -1,6 +1,7 @@
 //! Contacts that cannot do what the reference asks, that overlap at the start or are far apart.
 
-use feeler_engine::Scenario;
+use feeler_control::reference::FOLLOWED;
+use feeler_engine::{ControllerUse, Scenario};
 use feeler_plant::description::{Axis, Contact, ContactLaw, Engagement};
 use feeler_problem::Problem;
 
@@ -19,7 +20,7 @@ pub(super) fn pull(asked: &Asked<'_>) -> Option<Problem> {
     let pulls = contact.engagement == Engagement::Unilateral && least_n < 0.0 && most_n <= 0.0;
     pulls.then(|| {
         Problem::new(
-            format!("controllers.{}.reference", asked.found.name),
+            FOLLOWED.of::<ControllerUse>(&asked.found.name),
             format!(
                 "the reference asks `{touched}` for a pull of {}, but a contact only pushes",
                 with_unit(-least_n, unit)
@@ -39,7 +40,7 @@ pub(super) fn soft(asked: &Asked<'_>) -> Option<Problem> {
     let is_soft = sinks > SOFT_M && is_plain(contact) && scenario.machine.axis == Axis::Translational;
     is_soft.then(|| {
         Problem::new(
-            format!("contacts.{touched}.stiffness"),
+            Contact::STIFFNESS.of(touched),
             format!(
                 "under the {} asked for, the tool sinks in by {}",
                 with_unit(most_n, unit),
@@ -65,7 +66,7 @@ pub(super) fn gaps(scenario: &Scenario) -> Vec<Problem> {
     for (name, contact) in &machine.contacts {
         let [from, to] = &contact.between;
         let apart = apart_m(machine, contact);
-        let key = format!("contacts.{name}.gap");
+        let key = Contact::GAP.of(name);
         if contact.engagement != Engagement::Unilateral {
             continue;
         }

@@ -1,11 +1,11 @@
 //! Gains and signs with which a loop cannot work, and drives that several controllers command.
 
 use feeler_analysis::{ControlLoop, gain, gain_names};
-use feeler_catalogue::{Field, GainPart, KeyRole};
+use feeler_catalogue::{Field, GainPart, KeyRole, Tabled};
 use feeler_control::{Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, Scenario};
 use feeler_plant::assembly::Source;
-use feeler_plant::description::Quantity;
+use feeler_plant::description::{Actuator, Contact, Quantity};
 use feeler_problem::Problem;
 use nalgebra::DMatrix;
 
@@ -43,7 +43,7 @@ pub(super) fn without_gains(scenario: &Scenario) -> Vec<Problem> {
             ),
             _ => return None,
         };
-        Some(Problem::new(format!("controllers.{name}"), doubt, remedy))
+        Some(Problem::new(ControllerUse::place(name), doubt, remedy))
     };
     scenario.controllers.iter().filter_map(of_controller).collect()
 }
@@ -55,7 +55,7 @@ pub(super) fn shared_drives(scenario: &Scenario) -> Vec<Problem> {
     let of_second = |(i, (name, used)): (usize, &(&String, &ControllerUse))| {
         let (first, _) = following[..i].iter().find(|(_, other)| other.drives == used.drives)?;
         Some(Problem::new(
-            format!("controllers.{name}.drives"),
+            ControllerUse::DRIVES.of(name),
             format!(
                 "`{first}` and `{name}` each follow a reference, and both command `{}`: their outputs add up",
                 used.drives
@@ -88,14 +88,16 @@ pub(super) fn off_in_contact(scenario: &Scenario, whole: &ControlLoop) -> Option
     let (name, touched) = scenario.machine.contacts.get_index(found.contact)?;
     let [from, to] = &touched.between;
     Some(Problem::new(
-        format!("contacts.{name}.between"),
+        Contact::BETWEEN.of(name),
         format!(
             "a positive command of `{}` pulls `{from}` off `{to}`: the contact pushes the other way",
             used.drives
         ),
         format!(
-            "write between = [\"{to}\", \"{from}\"], or reverse the sign of actuators.{}.gain",
-            used.drives
+            "write between = [\"{to}\", \"{from}\"], or exchange `{}` and `{}` of {}",
+            Actuator::ON.key.name,
+            Actuator::REACTS_ON.key.name,
+            Actuator::place(&used.drives)
         ),
     ))
 }
@@ -109,7 +111,7 @@ fn turned_gain(scenario: &Scenario, found: &ForceLoop) -> Option<Problem> {
     let names = gain_names(&spec.law);
     let name = names.iter().find(|name| gain(spec, name).is_ok_and(|value| value < 0.0))?;
     Some(Problem::new(
-        format!("controllers.{}.{name}", found.name),
+        format!("{}.{name}", ControllerUse::place(&found.name)),
         format!("{name} is negative, so the feedback pushes away from the reference"),
         format!("reverse the sign of {name}"),
     ))

@@ -1,9 +1,10 @@
 //! Controllers that sample or act too late for the motion that they control.
 
 use feeler_analysis::{ControlLoop, LinearMachine, LoopController, VibrationMode, modes};
-use feeler_control::Law;
+use feeler_control::{ControllerSpec, Law};
 use feeler_engine::Scenario;
 use feeler_plant::assembly::Source;
+use feeler_plant::description::Sensor;
 use feeler_problem::Problem;
 
 use crate::numbers::{plain, two_digits, with_unit};
@@ -31,8 +32,8 @@ pub(super) fn slow_loops(scenario: &Scenario, whole: &ControlLoop) -> Vec<Proble
         let beyond = Beyond { plant: whole.plant(), own, sensor, slowest_hz };
         let (name, sensed) = scenario.machine.sensors.get_index(sensor)?;
         let delays = [
-            (format!("controllers.{}.delay", own.name), own.spec.delay_s),
-            (format!("sensors.{name}.delay"), sensed.delay_s),
+            (ControllerSpec::DELAY.of(&own.name), own.spec.delay_s),
+            (Sensor::DELAY.of(name), sensed.delay_s),
         ];
         let late = delays.into_iter().filter_map(|(key, delay_s)| beyond.late(key, delay_s));
         Some(beyond.slow_sample().into_iter().chain(late).collect::<Vec<Problem>>())
@@ -101,7 +102,7 @@ impl Beyond<'_> {
                 "shorten the period, or lower the gain".to_owned(),
             ),
         };
-        let key = format!("controllers.{}.period", self.own.name);
+        let key = ControllerSpec::PERIOD.of(&self.own.name);
         Some(Problem::new(key, doubt, format!("{remedy}; {IN_SECONDS}")))
     }
 

@@ -4,7 +4,8 @@
 //! the other axis. Otherwise the rate of growth is computed on a grid and its zero level is drawn.
 
 use feeler_analysis::{AnalysisError, Band, ContinuousLoop, ControlLoop, SampledLoop, gain_names};
-use feeler_engine::Scenario;
+use feeler_catalogue::Tabled;
+use feeler_engine::{ControllerUse, Scenario};
 use feeler_lti::{Continuous, TimeDomain, eigenvalues};
 use rayon::prelude::*;
 
@@ -51,9 +52,10 @@ pub(super) fn linear_limits(
 
 /// Whether a key names a gain of a controller.
 fn is_gain(scenario: &Scenario, key: &str) -> bool {
-    let parts: Vec<&str> = key.split('.').collect();
-    let ["controllers", name, gain] = parts.as_slice() else { return false };
-    scenario.controllers.get(*name).is_some_and(|used| gain_names(&used.spec.law).contains(gain))
+    let Some((name, gain)) = ControllerUse::within(key).and_then(|path| path.split_once('.')) else {
+        return false;
+    };
+    scenario.controllers.get(name).is_some_and(|used| gain_names(&used.spec.law).contains(&gain))
 }
 
 fn with(document: &Document, settings: &[(&str, f64)]) -> Option<Scenario> {

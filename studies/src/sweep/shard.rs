@@ -99,3 +99,17 @@ pub fn merge(folders: &[PathBuf], out: &Path) -> Result<PathBuf, SweepError> {
     target.assemble(&found)?;
     Ok(target.table())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = ["3/2", "two"].map(|text| text.parse::<Shard>().unwrap_err());
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("shard.rs")),
+            Vec::<String>::new()
+        );
+    }
+}

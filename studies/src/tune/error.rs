@@ -7,7 +7,7 @@ use feeler_files::FormatError;
 use feeler_problem::Remedy;
 use thiserror::Error;
 
-use crate::Refusal;
+use crate::refusal::Refusal;
 use crate::run::RunError;
 
 /// Why a controller could not be tuned.
@@ -47,4 +47,26 @@ impl Remedy for TuneError {
 
 pub(super) fn refused(message: impl Into<String>, remedy: impl Into<String>) -> TuneError {
     Refusal::new(message, remedy).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use feeler_engine::EngineError;
+    use feeler_files::Document;
+
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = [
+            refused("no gains were tried", "widen the limits on gains"),
+            Document::parse("mass = = 3", "a.toml").unwrap_err().into(),
+            RunError::Engine(EngineError::Lanes { given: 3, lanes: 4 }).into(),
+            AnalysisError::NoController { name: "force".into(), known: Vec::new() }.into(),
+        ];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
+    }
 }

@@ -21,7 +21,7 @@ mod theory;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use feeler_analysis::gain;
-use feeler_catalogue::{Content, Field, KeyKind, Keyed, Slot};
+use feeler_catalogue::{Content, Field, KeyKind, Keyed, Slot, Tabled};
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::Scenario;
 use feeler_files::{Document, Setting, assignment};
@@ -384,7 +384,7 @@ fn values(name: &str, spec: &ControllerSpec) -> IndexMap<String, f64> {
         spec.law.gains().into_iter().filter_map(|field| Some((field.key.name, field.number(&spec.law)?)));
     let gains = gains.map(|(key, value)| (key.to_owned(), value));
     let all = gains.chain(of_filters(&spec.law)).chain(of_filters(spec));
-    all.map(|(key, value)| (format!("controllers.{name}.{key}"), value)).collect()
+    all.map(|(key, value)| (format!("{}.{key}", ControllerSpec::place(name)), value)).collect()
 }
 
 /// The numbers of the filters of a record, each with its key.
@@ -419,7 +419,7 @@ fn changes(name: &str, from: &ControllerSpec, to: &[ControllerSpec]) -> Vec<Vec<
 
 /// Value of a gain that a text gives with its unit, SI.
 fn gain_in_si(document: &Document, controller: &str, name: &str, text: &str) -> Result<f64, TuneError> {
-    let key = format!("controllers.{controller}.{name}");
+    let key = format!("{}.{name}", ControllerSpec::place(controller));
     let with = document.with([(key.as_str(), Setting::Text(text.to_owned()))])?;
     Ok(gain(&with.scenario.controllers[controller].spec, name)?)
 }

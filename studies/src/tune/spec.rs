@@ -3,8 +3,8 @@
 use feeler_plant::description::Axis;
 use serde::{Serialize, Serializer};
 
-use crate::Refusal;
 use crate::numbers::{percent, plain, with_unit};
+use crate::refusal::Refusal;
 
 /// Quantities that may be limited, beside gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

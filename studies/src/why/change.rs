@@ -2,7 +2,7 @@
 
 use feeler_engine::{Integrator, Scenario};
 use feeler_plant::description::{ActuatorKind, Engagement, MotorInput, PositionServo, Quantity};
-use feeler_plant::effects::{Change, Definition, EffectUse, Kind, Place, Trait};
+use feeler_plant::effects::{Change, Definition, EffectUse, Place, Trait};
 use serde::Serialize;
 
 use super::roles::Roles;
@@ -208,11 +208,11 @@ impl Counterfactual {
                 drop_effects(&mut changed, |effect| effect.has(Trait::Quantisation));
             }
             Self::NoFriction => drop_effects(&mut changed, |effect| effect.has(Trait::DryFriction)),
-            Self::NoFreePlay => drop_effects(&mut changed, |effect| effect.kind == Kind::Backlash),
+            Self::NoFreePlay => drop_effects(&mut changed, |effect| effect.has(Trait::FreePlay)),
             Self::SlowerApproach => slow_down(&mut changed, SLOWER),
             Self::NoNoise => {
                 changed.machine.sensors.values_mut().for_each(|sensor| sensor.noise = 0.0);
-                drop_effects(&mut changed, |effect| effect.kind == Kind::CommandNoise);
+                drop_effects(&mut changed, |effect| effect.has(Trait::Noise));
             }
         }
         changed

@@ -1,7 +1,7 @@
 //! Remedies with their numbers, and their cost in bandwidth.
 
 use feeler_engine::Scenario;
-use feeler_plant::effects::{Kind, Trait};
+use feeler_plant::effects::Trait;
 
 use super::applied::{
     add_damping, add_lead, fade, quicken_drives, raise_limits, refine_steps, scale_springs, shorten_delays,
@@ -272,7 +272,7 @@ fn of_limits<'a>(scenario: &Scenario, found: &Explanation, baseline: &'a Measure
     }
     if found.has(ChatterCause::FreePlay) {
         let what = |times: f64| format!("free play {} times as small", plain(times));
-        let apply = |s: &mut Scenario, times| fade(s, times, |effect| effect.kind == Kind::Backlash);
+        let apply = |s: &mut Scenario, times| fade(s, times, |effect| effect.has(Trait::FreePlay));
         ways.push(Way::new(Some(Counterfactual::NoFreePlay), &MANY_TIMES, what, apply));
     }
     if found.has(ChatterCause::SensorNoise) {

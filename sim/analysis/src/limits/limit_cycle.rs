@@ -155,7 +155,7 @@ impl Balance {
         }
         let stiffness_n_per_m = contact.law.stiffness;
         let name = SignalName::new(contact.name.clone(), Quantity::SpringForce);
-        let closes = |c: &crate::LoopController| {
+        let closes = |c: &crate::loops::control_loop::LoopController| {
             c.reading.is_some() && !matches!(c.spec.law, feeler_control::Law::OpenLoop)
         };
         let controller = whole
@@ -172,7 +172,7 @@ impl Balance {
         let reading =
             plant.channel_of(wiring.drive, &plant.output(Source::Sensor(wiring.reading.unwrap_or(0)))?)?;
         let period_s = wiring.spec.period_s;
-        let at = |channel: &crate::ResponseChannel| -> Result<f64, AnalysisError> {
+        let at = |channel: &crate::machine::channel::ResponseChannel| -> Result<f64, AnalysisError> {
             Ok(channel.frequency_response(&[NEARLY_STATIC / (TAU * period_s)])?[0].re)
         };
         let [of_reference, of_reading] = static_law(&wiring.spec, wiring.motion_is_velocity)?;

@@ -3,11 +3,10 @@
 
 use std::f64::consts::TAU;
 
-use feeler_catalogue::Key;
 use feeler_control::ControllerSpec;
 use feeler_lti::C64;
 use feeler_plant::assembly::{Assembly, Source};
-use feeler_plant::description::{Actuator, Body, Contact, ElementKind, Engagement, Spring};
+use feeler_plant::description::{Actuator, Body, Contact, Engagement, Spring};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -170,28 +169,18 @@ impl ControlLoop {
         let assembly = self.assembly();
         let mut numbers: Vec<(String, Slot)> = Vec::new();
         for (i, node) in assembly.nodes.iter().enumerate().skip(1) {
-            numbers.push((key_of(ElementKind::Bodies, &node.name, &Body::MASS.key), Slot::Mass(i)));
+            numbers.push((Body::MASS.of(&node.name), Slot::Mass(i)));
         }
         for (i, link) in assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid) {
-            numbers.push((
-                key_of(ElementKind::Springs, &link.name, &Spring::STIFFNESS.key),
-                Slot::LinkStiffness(i),
-            ));
-            numbers
-                .push((key_of(ElementKind::Springs, &link.name, &Spring::DAMPING.key), Slot::LinkDamping(i)));
+            numbers.push((Spring::STIFFNESS.of(&link.name), Slot::LinkStiffness(i)));
+            numbers.push((Spring::DAMPING.of(&link.name), Slot::LinkDamping(i)));
         }
         let taken = &self.plant().motion().assembly().contacts;
         for (i, contact) in
             taken.iter().enumerate().filter(|(_, contact)| contact.engagement != Engagement::Free)
         {
-            numbers.push((
-                key_of(ElementKind::Contacts, &contact.name, &Contact::STIFFNESS.key),
-                Slot::ContactStiffness(i),
-            ));
-            numbers.push((
-                key_of(ElementKind::Contacts, &contact.name, &Contact::DAMPING.key),
-                Slot::ContactDamping(i),
-            ));
+            numbers.push((Contact::STIFFNESS.of(&contact.name), Slot::ContactStiffness(i)));
+            numbers.push((Contact::DAMPING.of(&contact.name), Slot::ContactDamping(i)));
         }
         numbers
     }
@@ -201,23 +190,16 @@ impl ControlLoop {
         let mut limits = Vec::new();
         for (i, drive) in self.assembly().drives.iter().enumerate() {
             if drive.limit.is_finite() {
-                limits.push((
-                    key_of(ElementKind::Actuators, &drive.name, &Actuator::LIMIT.key),
-                    Slot::DriveLimit(i),
-                ));
+                limits.push((Actuator::LIMIT.of(&drive.name), Slot::DriveLimit(i)));
             }
             if drive.rate_limit.is_finite() {
-                limits.push((
-                    key_of(ElementKind::Actuators, &drive.name, &Actuator::RATE_LIMIT.key),
-                    Slot::DriveRateLimit(i),
-                ));
+                limits.push((Actuator::RATE_LIMIT.of(&drive.name), Slot::DriveRateLimit(i)));
             }
         }
         for (i, controller) in
             self.controllers().iter().enumerate().filter(|(_, c)| c.spec.output_limit.is_some())
         {
-            let key = ControllerSpec::OUTPUT_LIMIT.key.name;
-            limits.push((format!("controllers.{}.{key}", controller.name), Slot::OutputLimit(i)));
+            limits.push((ControllerSpec::OUTPUT_LIMIT.of(&controller.name), Slot::OutputLimit(i)));
         }
         limits
     }
@@ -292,11 +274,6 @@ impl Probe {
     fn of_gain(&self, change: C64) -> f64 {
         (change.re - self.slope.re * change.im / self.slope.im).abs()
     }
-}
-
-/// Dotted path of a parameter, as in a file.
-fn key_of(table: ElementKind, element: &str, key: &Key) -> String {
-    format!("{}.{element}.{}", table.name(), key.name)
 }
 
 /// Whether two changes have opposite signs and the loss is significant.

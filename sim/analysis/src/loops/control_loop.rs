@@ -1,6 +1,6 @@
 //! A linearised machine with its controllers.
 
-use feeler_catalogue::GainPart;
+use feeler_catalogue::{GainPart, Tabled};
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::{LoopWiring, Program, Scenario};
 use feeler_plant::assembly::{Assembly, Source};
@@ -218,8 +218,8 @@ impl ControlLoop {
     /// [`AnalysisError::NoController`]; the gain itself is checked when it is set.
     pub(crate) fn gain_of_key(&self, key: &str) -> Result<(usize, String), AnalysisError> {
         let (path, gain) = key.rsplit_once('.').unwrap_or(("", key));
-        let of_servo = path.strip_prefix("actuators.");
-        let name = of_servo.or(path.strip_prefix("controllers.")).unwrap_or(path);
+        let of_servo = Actuator::within(path);
+        let name = of_servo.or(ControllerSpec::within(path)).unwrap_or(path);
         let controller = if name.is_empty() { 0 } else { self.controller(name)? };
         let own = self.controllers.get(controller).ok_or_else(|| self.no_controller(name))?;
         // The gain on speed of a servo is the damping of a position law.
@@ -233,8 +233,8 @@ impl ControlLoop {
     pub(crate) fn default_gain_key(&self) -> Option<String> {
         let closes = |c: &&LoopController| !matches!(c.spec.law, Law::OpenLoop);
         let controller = self.controllers.iter().find(closes)?;
-        let table = if controller.is_servo { "actuators" } else { "controllers" };
-        leading_gain(&controller.spec).map(|gain| format!("{table}.{}.{gain}", controller.name))
+        let place = if controller.is_servo { Actuator::place } else { ControllerSpec::place };
+        leading_gain(&controller.spec).map(|gain| format!("{}.{gain}", place(&controller.name)))
     }
 
     /// The same machine with another law, gains or timing of one controller, with the same sensors.

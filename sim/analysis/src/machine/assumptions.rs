@@ -1,7 +1,9 @@
 //! Nonlinear properties of a machine, and what linear theory assumes instead.
 
+use feeler_catalogue::Tabled;
+use feeler_control::ControllerSpec;
 use feeler_plant::assembly::{Drive, Link, PositionForce};
-use feeler_plant::description::Engagement;
+use feeler_plant::description::{Actuator, Body, Contact, Engagement, Sensor, Spring};
 use feeler_plant::effects::Kind;
 use serde::Serialize;
 
@@ -36,7 +38,7 @@ impl ControlLoop {
         self.assembly().drives.iter().for_each(|drive| of_drive(drive, &mut found));
         for weight in &self.assembly().weights {
             let is_of_spring = self.assembly().links.iter().any(|link| link.name == weight.name);
-            let table = if is_of_spring { "springs" } else { "bodies" };
+            let table = if is_of_spring { Spring::TABLE } else { Body::TABLE };
             let kind = match weight.course {
                 PositionForce::Pull(_) => Kind::Gravity,
                 PositionForce::Table(_) => Kind::ForceTable,
@@ -44,7 +46,7 @@ impl ControlLoop {
             found.when(true, &format!("{table}.{}", weight.name), kind.name(), TANGENT);
         }
         for sensor in &self.assembly().sensors {
-            let of = format!("sensors.{}", sensor.name);
+            let of = Sensor::place(&sensor.name);
             found.when(
                 sensor.resolutions.iter().any(|q| *q > 0.0),
                 &of,
@@ -59,7 +61,7 @@ impl ControlLoop {
             );
         }
         for controller in self.controllers() {
-            let (of, spec) = (format!("controllers.{}", controller.name), &controller.spec);
+            let (of, spec) = (ControllerSpec::place(&controller.name), &controller.spec);
             found.when(
                 spec.jitter_s > 0.0,
                 &of,
@@ -85,7 +87,7 @@ impl ControlLoop {
 
     fn of_springs(&self, view: &View, found: &mut Found) {
         for link in &self.assembly().links {
-            let of = format!("springs.{}", link.name);
+            let of = Spring::place(&link.name);
             let play = match view.play {
                 PlayView::Closed => {
                     "taken as closed: one flank bears, stiffness and damping act in full; a motion that \
@@ -142,7 +144,7 @@ impl ControlLoop {
             if taken.engagement == Engagement::Free {
                 continue;
             }
-            let of = format!("contacts.{}", contact.name);
+            let of = Contact::place(&contact.name);
             let one_sided = "taken as never leaving: it pulls as well as it pushes";
             found.when(contact.engagement == Engagement::Unilateral, &of, "one-sided contact", one_sided);
             let preload_n = view.preload_n();
@@ -172,7 +174,7 @@ const NOT_REACHED: &str =
     "taken as never reached; a separate check says whether the file's reference reaches it";
 
 fn of_drive(drive: &Drive, found: &mut Found) {
-    let of = format!("actuators.{}", drive.name);
+    let of = Actuator::place(&drive.name);
     found.when(drive.limit.is_finite(), &of, "force limit", NOT_REACHED);
     found.when(drive.command_limit.is_finite(), &of, "supply voltage", NOT_REACHED);
     found.when(drive.line.is_some(), &of, "torque-speed line", NOT_REACHED);

@@ -1,9 +1,11 @@
 //! Linearisation: operating points, free bodies, friction.
 
+use std::sync::Arc;
+
 use crate::common::{force_loop, machine};
 use feeler_analysis::{ContactView, FrictionView, HeldCommand, LinearMachine, View};
 use feeler_lti::C64;
-use feeler_plant::description::{ContactLaw, Engagement, Quantity, SignalName};
+use feeler_plant::description::{ContactLaw, Engagement, Profile, Quantity, SignalName};
 use feeler_plant::effects::{EffectUse, find};
 
 /// Newton's method ends at 1e-10 of the forces.
@@ -65,6 +67,23 @@ fn truth_a_wall_and_a_table_that_are_shifted_together_change_no_small_motion() {
         let pushed = (near.a() - away.a()).amax() * 7.0;
         assert!((pushed / 1e5 - 1.0).abs() < 0.05, "{contact:?}: {pushed} N/m");
     }
+}
+
+#[test]
+fn truth_a_surface_that_moves_changes_nothing_of_linear_theory() {
+    let wavy = Profile::smooth(&[(0.0, 0.0), (0.1, 1e-3), (0.2, -1e-3)]).unwrap();
+    let moving = |profile: Option<Profile>| {
+        let mut machine = machine();
+        machine.contacts["tool"].engagement = Engagement::Unilateral;
+        machine.profiles.extend(profile.map(|profile| ("tool".to_owned(), Arc::new(profile))));
+        let view = View { contact: ContactView::Pressed { preload_n: 30.0 }, ..View::default() };
+        LinearMachine::new(&machine, &view).unwrap()
+    };
+    let (at_rest, moved) = (moving(None), moving(Some(wavy)));
+    assert_eq!((at_rest.a(), at_rest.b()), (moved.a(), moved.b()));
+    let force = SignalName::new("tool", Quantity::Force);
+    let [of_rest, of_moved] = [at_rest, moved].map(|plant| plant.channel(&command(), &force).unwrap());
+    assert_eq!(format!("{:?}", of_rest.system), format!("{:?}", of_moved.system));
 }
 
 #[test]

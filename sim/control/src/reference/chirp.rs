@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use super::keys::{AMPLITUDE, DURATION, END, START, key};
 use super::spec::ChirpSweep;
-use crate::ControlError;
-use crate::error::{finite, not_negative, positive};
+use crate::error::{ControlError, finite, not_negative, positive};
 
 /// `A sin(phase(t))` with phase zero at the start. For the frequency `f0 + (f1 - f0) t / D` the phase is `2
 /// pi (f0 t + (f1 - f0) t^2 / (2 D))`. For `f0 (f1 / f0)^(t / D)` the phase is `2 pi f0 D / ln(f1 / f0) ((f1
@@ -32,10 +32,10 @@ impl Chirp {
         };
         Ok(Self {
             sweep,
-            amplitude: finite("reference.amplitude", amplitude)?,
-            start_hz: edge("reference.start", start_hz)?,
-            end_hz: edge("reference.end", end_hz)?,
-            duration_s: positive("reference.duration", duration_s)?,
+            amplitude: finite(key(&AMPLITUDE), amplitude)?,
+            start_hz: edge(key(&START), start_hz)?,
+            end_hz: edge(key(&END), end_hz)?,
+            duration_s: positive(key(&DURATION), duration_s)?,
         })
     }
 

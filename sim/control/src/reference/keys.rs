@@ -38,17 +38,17 @@ const CORNERS: Field<ReferenceSpec> = field!(
     ReferenceSpec: ReferenceSpec::Steps(points) | ReferenceSpec::PiecewiseLinear(points) => *points,
     POINTS
 );
-const AMPLITUDE: Field<ReferenceSpec> = field!(
+pub(super) const AMPLITUDE: Field<ReferenceSpec> = field!(
     ReferenceSpec:
         ReferenceSpec::Chirp { amplitude, .. } | ReferenceSpec::Prbs { amplitude, .. } => *amplitude,
     required("amplitude", KeyKind::Quantity(R, Bound::Any), "amplitude about the mean")
 );
-const RMS: Field<ReferenceSpec> = field!(
+pub(super) const RMS: Field<ReferenceSpec> = field!(
     ReferenceSpec: ReferenceSpec::Multisine { rms, .. } | ReferenceSpec::WhiteNoise { rms, .. } => *rms,
     required("rms", KeyKind::Quantity(R, Bound::Positive), "root mean square about the mean")
 );
 const OFFSET_KEY: Key = number("offset", R, Bound::Any, 0.0, "mean value");
-const OFFSET: Field<ReferenceSpec> = field!(
+pub(super) const OFFSET: Field<ReferenceSpec> = field!(
     ReferenceSpec: ReferenceSpec::Chirp { offset, .. }
         | ReferenceSpec::Multisine { offset, .. }
         | ReferenceSpec::WhiteNoise { offset, .. }
@@ -57,7 +57,7 @@ const OFFSET: Field<ReferenceSpec> = field!(
     OFFSET_KEY
 );
 const BETWEEN_KEY: Key = one_of("between", Between::WORDS, "values between samples");
-const BAND: Field<ReferenceSpec> = Field {
+pub(super) const BAND: Field<ReferenceSpec> = Field {
     key: required("band", KeyKind::Range(FREQUENCY), "lowest and highest frequency"),
     role: KeyRole::Structure,
     get: |spec| match spec {
@@ -77,14 +77,37 @@ const BAND: Field<ReferenceSpec> = Field {
     },
 };
 
+pub(super) const START: Field<ReferenceSpec> = field!(
+    ReferenceSpec: ReferenceSpec::Chirp { start_hz, .. } => *start_hz,
+    required("start", KeyKind::Quantity(FREQUENCY, Bound::NotNegative), "frequency at the start")
+);
+pub(super) const END: Field<ReferenceSpec> = field!(
+    ReferenceSpec: ReferenceSpec::Chirp { end_hz, .. } => *end_hz,
+    required("end", KeyKind::Quantity(FREQUENCY, Bound::Positive), "frequency at the end")
+);
+pub(super) const DURATION: Field<ReferenceSpec> = field!(
+    ReferenceSpec: ReferenceSpec::Chirp { duration_s, .. } => *duration_s,
+    required("duration", KeyKind::Quantity(TIME, Bound::Positive), "length of the sweep")
+);
+pub(super) const PERIOD: Field<ReferenceSpec> = field!(
+    ReferenceSpec: ReferenceSpec::Multisine { period_s, .. } => *period_s,
+    required("period", KeyKind::Quantity(TIME, Bound::Above(0.0, 1e4)), "its period")
+);
+pub(super) const CLOCK_PERIOD: Field<ReferenceSpec> = field!(
+    ReferenceSpec: ReferenceSpec::Prbs { clock_period_s, .. } => *clock_period_s,
+    required("clock_period", KeyKind::Quantity(TIME, Bound::Positive), "how long each chip is held")
+);
+
+/// The key of a field of the reference of a controller.
+pub(super) fn key(field: &Field<ReferenceSpec>) -> String {
+    format!("{}.{}", FOLLOWED.name, field.key.name)
+}
+
 const CHIRP: &[Field<ReferenceSpec>] = &[
     AMPLITUDE,
-    field!(ReferenceSpec: ReferenceSpec::Chirp { start_hz, .. } => *start_hz,
-        required("start", KeyKind::Quantity(FREQUENCY, Bound::NotNegative), "frequency at the start")),
-    field!(ReferenceSpec: ReferenceSpec::Chirp { end_hz, .. } => *end_hz,
-        required("end", KeyKind::Quantity(FREQUENCY, Bound::Positive), "frequency at the end")),
-    field!(ReferenceSpec: ReferenceSpec::Chirp { duration_s, .. } => *duration_s,
-        required("duration", KeyKind::Quantity(TIME, Bound::Positive), "length of the sweep")),
+    START,
+    END,
+    DURATION,
     field!(ReferenceSpec: ReferenceSpec::Chirp { sweep, .. } => *sweep,
         one_of("sweep", ChirpSweep::WORDS, "how the frequency changes")),
     OFFSET,
@@ -93,8 +116,7 @@ const CHIRP: &[Field<ReferenceSpec>] = &[
 const MULTISINE: &[Field<ReferenceSpec>] = &[
     RMS,
     BAND,
-    field!(ReferenceSpec: ReferenceSpec::Multisine { period_s, .. } => *period_s,
-        required("period", KeyKind::Quantity(TIME, Bound::Above(0.0, 1e4)), "its period")),
+    PERIOD,
     field!(ReferenceSpec: ReferenceSpec::Multisine { lines, .. } => *lines,
         one_of("lines", Lines::WORDS, "which frequencies are excited")),
     OFFSET,
@@ -102,8 +124,7 @@ const MULTISINE: &[Field<ReferenceSpec>] = &[
 
 const PRBS: &[Field<ReferenceSpec>] = &[
     AMPLITUDE,
-    field!(ReferenceSpec: ReferenceSpec::Prbs { clock_period_s, .. } => *clock_period_s,
-        required("clock_period", KeyKind::Quantity(TIME, Bound::Positive), "how long each chip is held")),
+    CLOCK_PERIOD,
     field!(ReferenceSpec: ReferenceSpec::Prbs { order, .. } => *order,
         required("order", KeyKind::Count(MIN_ORDER as u64, MAX_ORDER as u64),
             "length of the shift register; it repeats after 2^order - 1 chips")),
@@ -203,7 +224,7 @@ const SHAPES: [Variant; FORMS.len() + 1] = chained(&FORMS, &[SAMPLES_FILE]);
 
 /// The key of the quantity that a controller follows.
 pub const FOLLOWED: Key = Key {
-    name: "reference",
+    name: crate::error::REFERENCE,
     kind: KeyKind::Reference(&REFERENCE),
     absent: Absent::Number(0.0),
     text: "what to follow: a value, [[time, value], ...] for steps, or a table with `kind`",

@@ -12,6 +12,7 @@ mod spec;
 mod white_noise;
 
 use chirp::Chirp;
+use keys::{AMPLITUDE, CLOCK_PERIOD, OFFSET, key};
 use multisine::Multisine;
 use points::Points;
 use prbs::Prbs;
@@ -20,8 +21,8 @@ use white_noise::WhiteNoise;
 pub use keys::{FOLLOWED, REFERENCE, SAMPLES_FILE, SAMPLES_PATH};
 pub use spec::{Between, ChirpSweep, Lines, ReferenceSpec};
 
-use crate::error::finite;
-use crate::{ControlError, Stream};
+use crate::error::{ControlError, finite, positive};
+use crate::noise::Stream;
 
 /// A [`ReferenceSpec`] ready for evaluation. Cloning is cheap: long tables are shared.
 #[derive(Clone, Debug)]
@@ -48,7 +49,7 @@ impl Reference {
     pub fn new(spec: &ReferenceSpec, seed: u64, name: &str) -> Result<Self, ControlError> {
         let stream = || Stream::new(seed, &format!("{name}/reference"));
         let (shape, offset) = match *spec {
-            ReferenceSpec::Constant(value) => (Shape::Constant, finite("reference", value)?),
+            ReferenceSpec::Constant(value) => (Shape::Constant, finite(FOLLOWED.name, value)?),
             ReferenceSpec::Steps(ref points) => (Shape::Points(Points::steps(points)?), 0.0),
             ReferenceSpec::PiecewiseLinear(ref points) => (Shape::Points(Points::lines(points)?), 0.0),
             ReferenceSpec::Chirp { sweep, amplitude, start_hz, end_hz, duration_s, offset } => {
@@ -62,13 +63,15 @@ impl Reference {
                 (Shape::WhiteNoise(WhiteNoise::new([low_hz, high_hz], rms, stream())?), offset)
             }
             ReferenceSpec::Prbs { order, clock_period_s, amplitude, offset } => {
+                let clock_period_s = positive(key(&CLOCK_PERIOD), clock_period_s)?;
+                let amplitude = finite(key(&AMPLITUDE), amplitude)?;
                 (Shape::Prbs(Prbs::new(order, clock_period_s, amplitude, &stream())?), offset)
             }
             ReferenceSpec::Table { ref times_s, ref values, between, offset } => {
                 (Shape::Points(Points::table(times_s, values, between)?), offset)
             }
         };
-        Ok(Self { shape, offset: finite("reference.offset", offset)? })
+        Ok(Self { shape, offset: finite(key(&OFFSET), offset)? })
     }
 
     /// The reference at `t_s`.

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use feeler_lanes::{Lane, Pack};
 use num_complex::Complex;
 
+use super::keys::{BAND, PERIOD, RMS, key};
 use super::spec::Lines;
-use crate::error::{finite, not_negative, positive};
-use crate::{ControlError, Stream};
+use crate::error::{ControlError, finite, not_negative, positive};
+use crate::noise::Stream;
 
 /// Number of random draws of the phases; the one with the smallest crest factor is kept.
 const PHASE_DRAWS: u64 = 8;
@@ -49,15 +50,14 @@ impl Multisine {
         rms: f64,
         stream: &Stream,
     ) -> Result<Self, ControlError> {
-        let period_s = positive("reference.period", period_s)?;
-        let rms = finite("reference.rms", rms)?;
-        let [low_hz, high_hz] =
-            [not_negative("reference.band", band_hz[0])?, positive("reference.band", band_hz[1])?];
+        let period_s = positive(key(&PERIOD), period_s)?;
+        let rms = finite(key(&RMS), rms)?;
+        let [low_hz, high_hz] = [not_negative(key(&BAND), band_hz[0])?, positive(key(&BAND), band_hz[1])?];
         let highest = high_hz * period_s;
         if highest > HIGHEST_LINE {
             let why = "a multisine has 200 000 frequencies at most, one per cycle in its period";
             return Err(ControlError::TooLarge {
-                key: "reference.band".into(),
+                key: key(&BAND),
                 value: high_hz,
                 bound: HIGHEST_LINE / period_s,
                 why,

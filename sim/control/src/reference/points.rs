@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use super::keys::FOLLOWED;
 use super::prbs::TIME_TOLERANCE_S;
 use super::spec::Between;
-use crate::ControlError;
-use crate::error::finite;
+use crate::error::{ControlError, finite};
 
 /// Values at increasing times.
 #[derive(Clone, Debug)]
@@ -42,8 +42,8 @@ impl Points {
         before: Option<f64>,
     ) -> Result<Self, ControlError> {
         let first = *values.first().ok_or(ControlError::EmptyReference { kind })?;
-        times_s.iter().try_for_each(|&t| finite("reference time", t).map(drop))?;
-        values.iter().try_for_each(|&v| finite("reference value", v).map(drop))?;
+        times_s.iter().try_for_each(|&t| finite(FOLLOWED.name, t).map(drop))?;
+        values.iter().try_for_each(|&v| finite(FOLLOWED.name, v).map(drop))?;
         if let Some(i) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) {
             return Err(ControlError::TimesNotIncreasing {
                 index: i + 1,

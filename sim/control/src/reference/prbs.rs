@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::error::{finite, positive};
-use crate::{ControlError, Stream};
+use crate::error::ControlError;
+use crate::noise::Stream;
 
 /// Instants closer than this to a jump of a reference count as after it, s. A sample computed as `k T` may be
 /// a rounding below the instant in the file.
@@ -56,14 +56,7 @@ impl Prbs {
     ) -> Result<Self, ControlError> {
         let chips: Arc<[bool]> = sequence(order)?.into();
         let start = (stream.uniform_at(0) * chips.len() as f64) as usize;
-        let clock_period_s = positive("reference.clock_period", clock_period_s)?;
-        Ok(Self {
-            clock_period_s,
-            amplitude: finite("reference.amplitude", amplitude)?,
-            chips,
-            length: (1 << order) - 1,
-            start,
-        })
+        Ok(Self { clock_period_s, amplitude, chips, length: (1 << order) - 1, start })
     }
 
     pub(super) fn value(&self, t_s: f64) -> f64 {

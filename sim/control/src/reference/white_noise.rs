@@ -3,8 +3,9 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, OnceLock};
 
-use crate::error::{finite, not_negative, positive};
-use crate::{ControlError, Stream};
+use super::keys::{BAND, RMS, key};
+use crate::error::{ControlError, finite, not_negative, positive};
+use crate::noise::Stream;
 
 /// Draws on each side of an instant that contribute to its value. The transition at each edge of the band is
 /// 1 / 16 of the bandwidth to either side.
@@ -45,13 +46,16 @@ pub(super) struct WhiteNoise {
 
 impl WhiteNoise {
     pub(super) fn new(band_hz: [f64; 2], rms: f64, stream: Stream) -> Result<Self, ControlError> {
-        let [low, high] =
-            [not_negative("reference.band", band_hz[0])?, positive("reference.band", band_hz[1])?];
-        let rate_hz = positive("reference.band width", high - low)?;
+        let [low, high] = [not_negative(key(&BAND), band_hz[0])?, positive(key(&BAND), band_hz[1])?];
+        if low >= high {
+            let why = "the upper edge";
+            return Err(ControlError::TooLarge { key: key(&BAND), value: low, bound: high, why });
+        }
+        let rate_hz = high - low;
         Ok(Self {
             centre_hz: 0.5 * (low + high),
             rate_hz,
-            rms: finite("reference.rms", rms)?,
+            rms: finite(key(&RMS), rms)?,
             stream,
             drawn: std::iter::repeat_with(OnceLock::new).take(BLOCKS).collect(),
         })

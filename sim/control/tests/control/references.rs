@@ -2,7 +2,6 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use feeler_catalogue::Bound;
 use feeler_control::reference::{Between, ChirpSweep, Lines};
 use feeler_control::{ControlError, Reference, ReferenceSpec};
 
@@ -254,7 +253,12 @@ fn prop_mistakes_are_refused() {
     let no_band = ReferenceSpec::WhiteNoise { low_hz: 9.0, high_hz: 9.0, rms: 1.0, offset: 0.0 };
     assert_eq!(
         refused(&no_band),
-        ControlError::OutOfRange { key: "reference.band width".into(), value: 0.0, bound: Bound::Positive }
+        ControlError::TooLarge {
+            key: "reference.band".into(),
+            value: 9.0,
+            bound: 9.0,
+            why: "the upper edge"
+        }
     );
     let long = ReferenceSpec::Prbs { order: 40, clock_period_s: 1e-3, amplitude: 1.0, offset: 0.0 };
     assert_eq!(refused(&long), ControlError::PrbsOrder { order: 40, min: 2, max: 18 });

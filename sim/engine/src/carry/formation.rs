@@ -11,17 +11,17 @@ use crate::carry::lane::LaneCore;
 #[expect(clippy::struct_excessive_bools, reason = "independent facts")]
 pub(crate) struct Formation<L: Lane> {
     /// Counts new formations; tables that depend on the lanes' modes compare it.
-    pub(crate) number: u64,
+    pub(super) number: u64,
     /// Lanes that travel by exponentials: they are in a linear mode and have not ended.
-    pub(crate) travelling: L::Mask,
+    pub(super) travelling: L::Mask,
     /// Whether some lane that has not ended goes alone.
-    pub(crate) any_alone: bool,
-    pub(crate) all_linear: bool,
-    pub(crate) all_ended: bool,
+    pub(super) any_alone: bool,
+    pub(super) all_linear: bool,
+    pub(super) all_ended: bool,
     /// Whether guides stick bodies to each other in some lane. Their speeds are then kept bitwise equal.
-    pub(crate) any_joined: bool,
+    pub(super) any_joined: bool,
     /// Per contact, 1 in lanes in which it pushes and 0 in the others.
-    pub(crate) touching: Vec<L>,
+    pub(super) touching: Vec<L>,
 }
 
 impl<L: Lane> Formation<L> {

@@ -73,19 +73,19 @@ impl Passage {
 /// One variant.
 #[derive(Debug)]
 pub(crate) struct LaneCore {
-    pub(crate) motion: Motion,
+    pub(super) motion: Motion,
     flows: Flows,
     /// Index of the current flow.
-    pub(crate) current: usize,
-    pub(crate) events: Vec<Event>,
+    pub(super) current: usize,
+    pub(super) events: Vec<Event>,
     storm: Storm,
     toil: Toil,
-    pub(crate) ledger: Option<EnergyLedger>,
-    pub(crate) peaks: Option<Peaks>,
+    pub(super) ledger: Option<EnergyLedger>,
+    pub(super) peaks: Option<Peaks>,
     /// Why the lane has stopped moving; `None` while it moves.
-    pub(crate) end: Option<RunEnd>,
+    pub(super) end: Option<RunEnd>,
     /// Whether the lane has stopped because the ledger follows its linear motion in too many pieces.
-    pub(crate) outpaces_ledger: bool,
+    pub(super) outpaces_ledger: bool,
     /// Time since the last event within the present span, s.
     calm_s: f64,
     series: Series,

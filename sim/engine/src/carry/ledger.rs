@@ -21,10 +21,10 @@ pub(crate) const GAUSS_NODES: [(f64, f64); 8] = [
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct EnergyLedger {
     /// Energy counted by each meter of the machine, J.
-    pub(crate) meters: Vec<f64>,
-    pub(crate) initial: Vec<Storage>,
+    pub(super) meters: Vec<f64>,
+    pub(super) initial: Vec<Storage>,
     /// Work of each controller through its drive, J.
-    pub(crate) controllers: Vec<f64>,
+    pub(super) controllers: Vec<f64>,
 }
 
 impl EnergyLedger {

@@ -82,7 +82,7 @@ impl<L: Lane> Matrix<L> {
 #[derive(Debug)]
 pub(crate) struct StepMap<L> {
     /// Length of the step, s.
-    pub(crate) step_s: f64,
+    pub(super) step_s: f64,
     filled_at: u64,
     filled_for: Vec<usize>,
     /// Rows of each lane: the states after the step, then the guards.

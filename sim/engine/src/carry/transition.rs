@@ -20,10 +20,10 @@ const MODES_KEPT: usize = 16;
 /// Carries every lane over the same span, each in its own mode.
 #[derive(Debug)]
 pub(crate) struct Transition<L: Lane> {
-    pub(crate) span_fs: u64,
+    pub(super) span_fs: u64,
     span_s: f64,
     /// Time from the start to the note; `None` if no late reading takes a signal on the way.
-    pub(crate) note_fs: Option<u64>,
+    pub(super) note_fs: Option<u64>,
     /// Time from the start to the note, s; negative without a note.
     note_s: f64,
     /// The signals to note.
@@ -44,10 +44,10 @@ pub(crate) struct Rows<L: Lane> {
     filled_for: Vec<usize>,
     /// Number of equal parts into which each lane divides the span so that no event is missed between
     /// evaluations.
-    pub(crate) parts: Vec<u64>,
-    pub(crate) most_parts: u64,
+    pub(super) parts: Vec<u64>,
+    pub(super) most_parts: u64,
     /// Part of the span of each lane that contains the note.
-    pub(crate) note_parts: Vec<u64>,
+    pub(super) note_parts: Vec<u64>,
     /// Length of these parts, s.
     part_s: L,
     matrix: Blocks<L>,

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use feeler_catalogue::Tabled;
 use feeler_control::{ControllerSpec, Reference, SampleClock};
 use feeler_plant::assembly::{Assembly, ContactPart, Source, assemble, resolve};
 use feeler_plant::description::{Elements, Profile, Quantity, SignalName};
@@ -94,7 +95,7 @@ impl Program {
                         controller.spec.jitter_s = controller.spec.jitter_s.hypot(sigma(&effect.values));
                     }
                     Change::Plant(_) => problems.push(Problem::new(
-                        format!("controllers.{name}.effects.{}", effect.definition.kind),
+                        format!("{}.effects.{}", ControllerUse::place(name), effect.definition.kind),
                         "this effect disturbs the plant, not a controller",
                         "move it under the element that it disturbs",
                     )),
@@ -123,8 +124,7 @@ impl Program {
             match record(&scenario, signal, &mut wanted) {
                 Ok(source) => recorded.push(source),
                 Err(problem) => {
-                    problems
-                        .push(Problem { key: format!("run.{}", RunSettings::RECORD.key.name), ..problem });
+                    problems.push(Problem { key: RunSettings::key(&RunSettings::RECORD), ..problem });
                 }
             }
         }
@@ -290,11 +290,10 @@ fn wire(
     let machine = &scenario.machine;
     let found = controller.wiring_problems(machine);
     let is_sound = found.is_empty();
-    problems.extend(
-        found
-            .into_iter()
-            .map(|problem| Problem { key: format!("controllers.{name}.{}", problem.key), ..problem }),
-    );
+    problems.extend(found.into_iter().map(|problem| Problem {
+        key: format!("{}.{}", ControllerUse::place(name), problem.key),
+        ..problem
+    }));
     let mut tap = |sensor: Option<&str>| Some(wanted.tap(machine.sensors.get_index_of(sensor?)?));
     let reading = tap(controller.reads.as_deref());
     let motion_name = controller.motion_sensor(machine);
@@ -303,10 +302,10 @@ fn wire(
         .and_then(|name| machine.sensors.get(name))
         .is_some_and(|sensor| sensor.reads.quantity == Quantity::Velocity);
     let control = |source| EngineError::Control { name: name.into(), source };
-    let clock = SampleClock::new(&controller.spec, scenario.run.seed, &format!("controllers.{name}"))
+    let clock = SampleClock::new(&controller.spec, scenario.run.seed, &ControllerUse::place(name))
         .map_err(control)?;
     let reference =
-        Reference::new(&controller.spec.reference, scenario.run.seed, &format!("controllers.{name}"))
+        Reference::new(&controller.spec.reference, scenario.run.seed, &ControllerUse::place(name))
             .map_err(control)?;
     let drive = machine.actuators.get_index_of(&controller.drives).filter(|_| is_sound);
     Ok(drive.map(|drive| Wiring {

@@ -1,8 +1,8 @@
 //! A scenario: a machine, its controllers, and the settings of the run.
 
-use feeler_catalogue::{Field, KeyKind, Keyed, field, optional, required};
+use feeler_catalogue::{Field, KeyKind, Keyed, Tabled, field, optional, required};
 use feeler_control::ControllerSpec;
-use feeler_plant::description::{Elements, Machine};
+use feeler_plant::description::{Elements, Machine, Sensor};
 use feeler_plant::effects::EffectUse;
 
 use super::settings::RunSettings;
@@ -16,6 +16,22 @@ pub struct Scenario {
     pub controllers: Elements<ControllerUse>,
     /// Duration, step, integrator and what to record.
     pub run: RunSettings,
+}
+
+impl Scenario {
+    /// The period of each controller with its key, s.
+    pub fn periods(&self) -> impl Iterator<Item = (String, f64)> {
+        self.controllers.iter().map(|(name, used)| (ControllerSpec::PERIOD.of(name), used.spec.period_s))
+    }
+
+    /// The delay of each controller and of each sensor with its key, s.
+    pub fn delays(&self) -> impl Iterator<Item = (String, f64)> {
+        let controllers =
+            self.controllers.iter().map(|(name, used)| (ControllerSpec::DELAY.of(name), used.spec.delay_s));
+        let sensors =
+            self.machine.sensors.iter().map(|(name, sensor)| (Sensor::DELAY.of(name), sensor.delay_s));
+        controllers.chain(sensors)
+    }
 }
 
 /// A controller and its wiring.
@@ -44,6 +60,10 @@ impl ControllerUse {
         optional("motion", KeyKind::Name("a sensor of position or velocity"),
             "sensor for damping, impedance and the approach; if absent, the first that reads position or \
              velocity of the driven body"));
+}
+
+impl Tabled for ControllerUse {
+    const TABLE: &'static str = ControllerSpec::TABLE;
 }
 
 impl Keyed for ControllerUse {

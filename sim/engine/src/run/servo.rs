@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use feeler_catalogue::{LAW, Tabled};
 use feeler_control::{AntiWindup, ControllerSpec, Law, PositionGains, Reference, SampleClock};
 use feeler_plant::assembly::{Assembly, Drive, Source};
 use feeler_plant::description::{ActuatorKind, Elements, Knot, Profile};
@@ -86,25 +87,24 @@ fn motion(
     let Some((controller, used)) = commanding.next() else { return Ok(None) };
     if let Some((other, _)) = commanding.next() {
         let message = format!("`{controller}` and `{other}` both prescribe the motion of `{name}`");
-        return Err(Problem::new(format!("controllers.{other}.drives"), message, "keep one of them"));
+        return Err(Problem::new(ControllerUse::DRIVES.of(other), message, "keep one of them"));
     }
     let spec = &used.spec;
     if spec.law != Law::OpenLoop || spec.approach.is_some() {
         let message = format!("`{name}` is imposed: its motion is given in advance, so no feedback moves it");
-        let remedy = "give the controller `law = \"open-loop\"`, or the actuator another kind";
-        return Err(Problem::new(format!("controllers.{controller}.law"), message, remedy));
+        let remedy = format!(
+            "give the controller `{LAW} = \"{}\"`, or the actuator another kind",
+            Law::OpenLoop.name()
+        );
+        return Err(Problem::new(format!("{}.{LAW}", ControllerUse::place(controller)), message, remedy));
     }
     let count = ((duration_s - spec.offset_s) / spec.period_s).ceil().max(0.0) + 2.0;
     if count > MOST_KNOTS {
         let message = format!("{count} samples of an imposed motion; {MOST_KNOTS} is the most");
-        return Err(Problem::new(
-            format!("controllers.{controller}.period"),
-            message,
-            "sample it less often",
-        ));
+        return Err(Problem::new(ControllerSpec::PERIOD.of(controller), message, "sample it less often"));
     }
     // Mistakes of a reference are reported with the wiring of controllers.
-    let Ok(reference) = Reference::new(&spec.reference, seed, &format!("controllers.{controller}")) else {
+    let Ok(reference) = Reference::new(&spec.reference, seed, &ControllerUse::place(controller)) else {
         return Ok(None);
     };
     let late_s = spec.delay_s + drive.delay;

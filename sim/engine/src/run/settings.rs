@@ -81,6 +81,16 @@ const ENGINES: &[Word] = &[
 ];
 
 impl RunSettings {
+    /// The table of files.
+    pub const TABLE: &'static str = "run";
+
+    /// The key of a field in a file, as `run.step`.
+    pub fn key(field: &Field<Self>) -> String {
+        format!("{}.{}", Self::TABLE, field.key.name)
+    }
+}
+
+impl RunSettings {
     /// The engine that moves the bodies.
     pub const ENGINE: Field<Self> = Field {
         key: Key {

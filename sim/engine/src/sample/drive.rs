@@ -3,9 +3,11 @@
 
 use std::collections::VecDeque;
 
+use feeler_catalogue::Tabled;
 use feeler_control::{Draws, Stream};
 use feeler_lanes::Lane;
 use feeler_plant::assembly::Drive;
+use feeler_plant::description::Actuator;
 
 use crate::sample::sensing::noise_index;
 
@@ -38,7 +40,7 @@ impl<L: Lane> DriveChain<L> {
             gain: number(&|drive| target(drive).map_or(drive.gain, |target| target.gain)),
             limit: number(&|drive| of(drive, f64::INFINITY, drive.held_limit())),
             noise: of_lane.iter().any(|drive| drive.noise > 0.0).then(|| {
-                let stream = Stream::new(seed, &format!("actuators.{}", of_lane[0].name));
+                let stream = Stream::new(seed, &Actuator::place(&of_lane[0].name));
                 (number(&|drive| drive.noise), Draws::new(stream))
             }),
             pending: VecDeque::new(),

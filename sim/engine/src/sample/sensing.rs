@@ -1,8 +1,10 @@
 //! From the filtered signal of a sensor to the number that a controller or a recorder reads.
 
+use feeler_catalogue::Tabled;
 use feeler_control::{Draws, Stream};
 use feeler_lanes::Lane;
 use feeler_plant::assembly::SensorPart;
+use feeler_plant::description::Sensor;
 
 /// Picoseconds per second: the time grid of the noise.
 const PICOSECONDS: f64 = 1e12;
@@ -39,7 +41,7 @@ impl<L: Lane> Sensing<L> {
                 .map(|k| number(&|sensor| sensor.resolutions[k]))
                 .collect(),
             noisy: of_lane.iter().any(|sensor| sensor.noise > 0.0),
-            stream: Stream::new(seed, &format!("sensors.{}", of_lane[0].name)),
+            stream: Stream::new(seed, &Sensor::place(&of_lane[0].name)),
             delay_s: of_lane[0].delay,
         }
     }

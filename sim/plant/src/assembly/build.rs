@@ -4,12 +4,16 @@ mod drives;
 
 use std::collections::HashMap;
 
+use feeler_catalogue::Tabled;
+
 use super::resolve::resolve;
 use super::{
     Assembly, ContactPart, ForceLaw, GROUND_NODE, Link, Node, NodeId, PositionForce, Pull, SensorPart,
     Source, Weight,
 };
-use crate::description::{Axis, Contact, ContactLaw, GROUND, Machine, Sensor, SignalName};
+use crate::description::{
+    Actuator, Axis, Body, Contact, ContactLaw, GROUND, Machine, Sensor, SignalName, Spring,
+};
 use crate::effects::{Change, EffectUse, Host, Kind};
 use crate::names::did_you_mean;
 use crate::problem::{Problem, Remedy};
@@ -100,7 +104,7 @@ impl<'a> Build<'a> {
             }
             if self.machine.axis == Axis::Translational {
                 self.problems.push(Problem::new(
-                    format!("bodies.{name}.gravity"),
+                    Body::GRAVITY.of(name),
                     "gravity changes with the angle of a body, and this axis does not turn",
                     format!("set `axis = \"rotational\"`, or give the guide a `{}`", Kind::ConstantLoad),
                 ));
@@ -121,7 +125,7 @@ impl<'a> Build<'a> {
 
     fn links(&mut self) {
         for (name, spring) in &self.machine.springs {
-            let (a, b) = self.pair(&format!("springs.{name}.between"), &spring.between);
+            let (a, b) = self.pair(&Spring::BETWEEN.of(name), &spring.between);
             self.assembly.links.push(Link {
                 rigid: spring.rigid,
                 stiffness: spring.stiffness_n_per_m,
@@ -133,7 +137,7 @@ impl<'a> Build<'a> {
 
     fn contacts(&mut self) {
         for (name, contact) in &self.machine.contacts {
-            let (a, b) = self.pair(&format!("contacts.{name}.between"), &contact.between);
+            let (a, b) = self.pair(&Contact::BETWEEN.of(name), &contact.between);
             let law = force_law(contact);
             let profile = self.machine.profiles.get(name).cloned();
             let (engagement, gap) = (contact.engagement, contact.gap_m);
@@ -150,7 +154,7 @@ impl<'a> Build<'a> {
         for name in self.machine.profiles.keys().filter(|name| !self.machine.contacts.contains_key(*name)) {
             let remedy = did_you_mean(name, self.machine.contacts.keys().map(String::as_str));
             self.problems.push(Problem::new(
-                format!("contacts.{name}"),
+                Contact::place(name),
                 format!("there is no contact `{name}` whose gap could move"),
                 remedy,
             ));
@@ -159,10 +163,10 @@ impl<'a> Build<'a> {
 
     fn sensors(&mut self) {
         for (name, sensor) in &self.machine.sensors {
-            let key = format!("sensors.{name}.reads");
+            let key = Sensor::READS.of(name);
             let Some(source) = self.source(&key, &sensor.reads) else { continue };
             let relative_to = match &sensor.relative_to {
-                Some(body) => self.node(&format!("sensors.{name}.relative_to"), body),
+                Some(body) => self.node(&Sensor::RELATIVE_TO.of(name), body),
                 None => GROUND_NODE,
             };
             self.assembly.sensors.push(sensor_part(name, sensor, source, relative_to));
@@ -198,26 +202,34 @@ impl<'a> Build<'a> {
             .bodies
             .iter()
             .enumerate()
-            .map(|(i, (n, e))| ("bodies", n, Host::Body(i + 1), &e.effects)))
+            .map(|(i, (n, e))| (Body::TABLE, n, Host::Body(i + 1), &e.effects)))
         .chain(
-            machine.springs.iter().enumerate().map(|(i, (n, e))| ("springs", n, Host::Spring(i), &e.effects)),
+            machine
+                .springs
+                .iter()
+                .enumerate()
+                .map(|(i, (n, e))| (Spring::TABLE, n, Host::Spring(i), &e.effects)),
         )
         .chain(
             machine
                 .contacts
                 .iter()
                 .enumerate()
-                .map(|(i, (n, e))| ("contacts", n, Host::Contact(i), &e.effects)),
+                .map(|(i, (n, e))| (Contact::TABLE, n, Host::Contact(i), &e.effects)),
         )
         .chain(
             machine
                 .actuators
                 .iter()
                 .enumerate()
-                .map(|(i, (n, e))| ("actuators", n, Host::Actuator(i), &e.effects)),
+                .map(|(i, (n, e))| (Actuator::TABLE, n, Host::Actuator(i), &e.effects)),
         )
         .chain(
-            machine.sensors.iter().enumerate().map(|(i, (n, e))| ("sensors", n, Host::Sensor(i), &e.effects)),
+            machine
+                .sensors
+                .iter()
+                .enumerate()
+                .map(|(i, (n, e))| (Sensor::TABLE, n, Host::Sensor(i), &e.effects)),
         );
         let mut uses: Vec<_> = hosts
             .flat_map(|(table, name, host, effects)| {

@@ -118,17 +118,22 @@ impl Body {
     /// The key of the mass.
     pub const MASS: Field<Self> = field!(Body: mass_kg,
         required("mass", KeyKind::Quantity(MASS, Bound::Within(1e-15, 1e12)), "mass"), KeyRole::Believed);
+    /// The initial velocity.
+    pub const VELOCITY: Field<Self> = field!(Body: velocity_m_per_s,
+        number("velocity", VELOCITY, Bound::Any, 0.0, "initial velocity"));
+    /// The torque of gravity.
+    pub const GRAVITY: Field<Self> = field!(Body: gravity_n,
+        number("gravity", FORCE, Bound::NotNegative, 0.0,
+            "largest torque of gravity, `-gravity sin(position + gravity_phase)`, on a rotational axis"),
+        KeyRole::Believed);
 }
 
 impl Keyed for Body {
     const FIELDS: &'static [Field<Self>] = &[
         Body::MASS,
         field!(Body: position_m, number("position", LENGTH, Bound::Any, 0.0, "initial position")),
-        field!(Body: velocity_m_per_s, number("velocity", VELOCITY, Bound::Any, 0.0, "initial velocity")),
-        field!(Body: gravity_n,
-            number("gravity", FORCE, Bound::NotNegative, 0.0,
-                "largest torque of gravity, `-gravity sin(position + gravity_phase)`, on a rotational axis"),
-            KeyRole::Believed),
+        Body::VELOCITY,
+        Body::GRAVITY,
         field!(Body: gravity_phase_rad,
             number("gravity_phase", LENGTH, Bound::Any, 0.0,
                 "angle of the body from its hanging position, at zero position")),
@@ -140,6 +145,10 @@ impl Keyed for Body {
 }
 
 impl Spring {
+    /// The two bodies.
+    pub const BETWEEN: Field<Self> = field!(Spring: between,
+        required("between", KeyKind::Pair,
+            "the two bodies; elongation is the position of the second minus that of the first"));
     /// The key of the stiffness.
     pub const STIFFNESS: Field<Self> = field!(Spring: stiffness_n_per_m,
         number("stiffness", STIFFNESS, Bound::NotNegative, 0.0, "stiffness"), KeyRole::Believed);
@@ -153,14 +162,8 @@ impl Spring {
 }
 
 impl Keyed for Spring {
-    const FIELDS: &'static [Field<Self>] = &[
-        field!(Spring: between,
-            required("between", KeyKind::Pair,
-                "the two bodies; elongation is the position of the second minus that of the first")),
-        Spring::STIFFNESS,
-        Spring::DAMPING,
-        Spring::RIGID,
-    ];
+    const FIELDS: &'static [Field<Self>] =
+        &[Spring::BETWEEN, Spring::STIFFNESS, Spring::DAMPING, Spring::RIGID];
 
     fn blank() -> Option<Self> {
         Some(Self { stiffness_n_per_m: 1.0, damping_n_s_per_m: 1.0, ..Self::default() })

@@ -103,6 +103,20 @@ impl Actuator {
             text: "the quantity that the command sets",
         }
     );
+    /// Largest voltage of a motor.
+    pub const SUPPLY_VOLTAGE: Field<Self> = motor!(
+        supply_voltage_v,
+        optional(
+            "supply_voltage",
+            KeyKind::Quantity(Unit::Of(Dimension::VOLTAGE), Bound::Positive),
+            "largest voltage at the winding; a duty cycle is a share of it",
+        )
+    );
+    /// Inductance of a motor.
+    pub const INDUCTANCE: Field<Self> = motor!(
+        inductance_h,
+        number("inductance", Unit::Of(Dimension::INDUCTANCE), Bound::NotNegative, 0.0, "of the winding",)
+    );
 }
 
 /// Keys of an actuator of this kind.
@@ -146,14 +160,7 @@ pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
              the constants and the inertia as plain SI numbers",
         )
     ),
-    motor!(
-        supply_voltage_v,
-        optional(
-            "supply_voltage",
-            KeyKind::Quantity(Unit::Of(Dimension::VOLTAGE), Bound::Positive),
-            "largest voltage at the winding; a duty cycle is a share of it",
-        )
-    ),
+    Actuator::SUPPLY_VOLTAGE,
     motor!(
         current_limit_a,
         optional(
@@ -172,8 +179,5 @@ pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
             "on the motor's side of the gear; times the square of the ratio it adds to the driven body",
         )
     ),
-    motor!(
-        inductance_h,
-        number("inductance", Unit::Of(Dimension::INDUCTANCE), Bound::NotNegative, 0.0, "of the winding",)
-    ),
+    Actuator::INDUCTANCE,
 ];

@@ -76,6 +76,16 @@ impl Sensor {
     /// Its scale factor.
     pub const GAIN: Field<Self> = field!(Sensor: gain,
         number("gain", Unit::Of(Dimension::NONE), Bound::Any, 1.0, "scale"), KeyRole::Believed);
+    /// Its pure delay.
+    pub const DELAY: Field<Self> = field!(Sensor: delay_s,
+        number("delay", Unit::Of(Dimension::TIME), LONGEST_DELAY, 0.0, "pure delay"));
+    /// Its step.
+    pub const RESOLUTION: Field<Self> = field!(Sensor: resolution,
+        optional("resolution", KeyKind::Quantity(Unit::Signal, Bound::Positive), "quantisation step"));
+    /// Its noise.
+    pub const NOISE: Field<Self> = field!(Sensor: noise,
+        number("noise", Unit::Signal, Bound::NotNegative, 0.0,
+            "one sigma of white Gaussian noise per reading"));
 }
 
 impl Keyed for Sensor {
@@ -85,12 +95,9 @@ impl Keyed for Sensor {
         Sensor::GAIN,
         field!(Sensor: bias, number("bias", Unit::Signal, Bound::Any, 0.0, "offset")),
         Sensor::LOW_PASS,
-        field!(Sensor: delay_s, number("delay", Unit::Of(Dimension::TIME), LONGEST_DELAY, 0.0, "pure delay")),
-        field!(Sensor: resolution,
-            optional("resolution", KeyKind::Quantity(Unit::Signal, Bound::Positive), "quantisation step")),
-        field!(Sensor: noise,
-            number("noise", Unit::Signal, Bound::NotNegative, 0.0,
-                "one sigma of white Gaussian noise per reading")),
+        Sensor::DELAY,
+        Sensor::RESOLUTION,
+        Sensor::NOISE,
     ];
 
     fn blank() -> Option<Self> {

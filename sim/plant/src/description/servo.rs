@@ -85,6 +85,44 @@ impl Actuator {
         KeyRole::Believed,
         "force per speed, against it"
     );
+    /// Time between samples of a servo.
+    pub const SERVO_PERIOD: Field<Self> = servo!(
+        period_s,
+        optional(
+            "period",
+            KeyKind::Quantity(Unit::Of(Dimension::TIME), Bound::Within(1e-9, 1e6)),
+            "time between samples of the loop, whose output is held; without it the loop is continuous",
+        )
+    );
+    /// Time from a sample of a servo until its output acts.
+    pub const SERVO_COMPUTE_DELAY: Field<Self> = servo!(
+        compute_delay_s,
+        number(
+            "compute_delay",
+            Unit::Of(Dimension::TIME),
+            LONGEST_DELAY,
+            0.0,
+            "time from a sample until its output acts; needs a period",
+        )
+    );
+    /// Step of the position that a servo reads.
+    pub const SERVO_RESOLUTION: Field<Self> = servo!(
+        resolution_m,
+        optional(
+            "resolution",
+            KeyKind::Quantity(Unit::Of(Dimension::LENGTH), Bound::Positive),
+            "step of the position that the loop reads; needs a period",
+        )
+    );
+    /// Step of the output of a servo.
+    pub const SERVO_OUTPUT_RESOLUTION: Field<Self> = servo!(
+        output_resolution_n,
+        optional(
+            "output_resolution",
+            KeyKind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive),
+            "step of the output; needs a period",
+        )
+    );
 }
 
 /// Keys of an actuator of this kind.
@@ -127,38 +165,8 @@ pub(super) const POSITION_SERVO: &[Field<Actuator>] = &[
             "half-width of the deadband of the error for kp and ki; it is subtracted from larger errors",
         )
     ),
-    servo!(
-        period_s,
-        optional(
-            "period",
-            KeyKind::Quantity(Unit::Of(Dimension::TIME), Bound::Within(1e-9, 1e6)),
-            "time between samples of the loop, whose output is held; without it the loop is continuous",
-        )
-    ),
-    servo!(
-        compute_delay_s,
-        number(
-            "compute_delay",
-            Unit::Of(Dimension::TIME),
-            LONGEST_DELAY,
-            0.0,
-            "time from a sample until its output acts; needs a period",
-        )
-    ),
-    servo!(
-        resolution_m,
-        optional(
-            "resolution",
-            KeyKind::Quantity(Unit::Of(Dimension::LENGTH), Bound::Positive),
-            "step of the position that the loop reads; needs a period",
-        )
-    ),
-    servo!(
-        output_resolution_n,
-        optional(
-            "output_resolution",
-            KeyKind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive),
-            "step of the output; needs a period",
-        )
-    ),
+    Actuator::SERVO_PERIOD,
+    Actuator::SERVO_COMPUTE_DELAY,
+    Actuator::SERVO_RESOLUTION,
+    Actuator::SERVO_OUTPUT_RESOLUTION,
 ];

@@ -186,3 +186,17 @@ impl FromStr for SignalName {
         Ok(Self::new(element, *quantity))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = ["tip", "tip.positon"].map(|text| text.parse::<SignalName>().unwrap_err());
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("signal.rs")),
+            Vec::<String>::new()
+        );
+    }
+}

@@ -1,6 +1,6 @@
 //! Elements of a machine, whatever their kind.
 
-use feeler_catalogue::{Dimension, Field, Key, KeyKind, KeyRole, Keyed, Unit};
+use feeler_catalogue::{Dimension, Field, Key, KeyKind, KeyRole, Keyed, Tabled, Unit};
 
 use super::{Actuator, Body, Contact, Elements, Machine, Sensor, Spring};
 use crate::effects::EffectUse;
@@ -24,13 +24,33 @@ impl ElementKind {
     /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Bodies => "bodies",
-            Self::Springs => "springs",
-            Self::Contacts => "contacts",
-            Self::Actuators => "actuators",
-            Self::Sensors => "sensors",
+            Self::Bodies => Body::TABLE,
+            Self::Springs => Spring::TABLE,
+            Self::Contacts => Contact::TABLE,
+            Self::Actuators => Actuator::TABLE,
+            Self::Sensors => Sensor::TABLE,
         }
     }
+}
+
+impl Tabled for Body {
+    const TABLE: &'static str = "bodies";
+}
+
+impl Tabled for Spring {
+    const TABLE: &'static str = "springs";
+}
+
+impl Tabled for Contact {
+    const TABLE: &'static str = "contacts";
+}
+
+impl Tabled for Actuator {
+    const TABLE: &'static str = "actuators";
+}
+
+impl Tabled for Sensor {
+    const TABLE: &'static str = "sensors";
 }
 
 /// Position of an element in its machine.

@@ -77,7 +77,7 @@ the dead-zone model with damping.
         without: &[Curve::UNCHANGED],
         labels: &[(0.05, -0.45, "width")],
     },
-    traits: &[Trait::Compliance],
+    traits: &[Trait::Compliance, Trait::FreePlay],
     change: Change::plant::<Backlash>(),
 };
 

@@ -59,7 +59,7 @@ H. W. Ott, Electromagnetic Compatibility Engineering, Wiley (2009): noise on ana
         without: &[Curve::Function(|t| 0.6 * (TAU * t).sin())],
         labels: &[(0.35, 0.75, "sigma")],
     },
-    traits: &[Trait::OfCommand],
+    traits: &[Trait::OfCommand, Trait::Noise],
     change: Change::plant::<CommandNoise>(),
 };
 

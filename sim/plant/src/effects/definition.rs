@@ -274,6 +274,18 @@ pub enum Trait {
     Drift,
     /// Its parameters have the unit of the drive's command where their dimension says force.
     OfCommand,
+    /// It acts on the command before the gain of the drive.
+    BeforeGain,
+    /// It multiplies what a drive gives or a sensor reads.
+    Gain,
+    /// A mistaken unit of a command or a reading looks like it.
+    LikeUnits,
+    /// It leaves a gap within which two bodies do not push each other.
+    FreePlay,
+    /// It adds noise to a command.
+    Noise,
+    /// It holds a guide at rest by an elastic force.
+    Bristles,
 }
 
 /// The complete definition of one effect.

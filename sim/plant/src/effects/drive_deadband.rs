@@ -59,7 +59,7 @@ G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor
         without: &[Curve::UNCHANGED],
         labels: &[(0.05, -0.45, "width")],
     },
-    traits: &[Trait::DriveFlaw, Trait::OfCommand],
+    traits: &[Trait::DriveFlaw, Trait::OfCommand, Trait::BeforeGain],
     change: Change::plant::<DriveDeadband>(),
 };
 

@@ -59,7 +59,7 @@ Journal of Dynamic Systems, Measurement, and Control 136 (2014).
         without: &[Curve::UNCHANGED],
         labels: &[(0.5, 0.12, "gain")],
     },
-    traits: &[Trait::PlainNumber],
+    traits: &[Trait::PlainNumber, Trait::Gain, Trait::LikeUnits],
     change: Change::plant::<DriveGain>(),
 };
 

@@ -41,3 +41,33 @@ impl Remedy for EffectError {
 fn either(kinds: &[HostKind]) -> String {
     kinds.iter().map(|kind| kind.phrase()).collect::<Vec<_>>().join(" or ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = [
+            EffectError::WrongHost {
+                kind: Kind::Backlash,
+                found: HostKind::Body,
+                expected: &[HostKind::RigidSpring, HostKind::Contact],
+            },
+            EffectError::WrongSite { kind: Kind::Backlash, needs: "a joint between two bodies" },
+            EffectError::Count { kind: Kind::Backlash, expected: 3, given: 1 },
+            EffectError::OutOfBounds { parameter: "width", value: -1.0, low: 0.0, high: 1.0 },
+            EffectError::MassExceeded { parameter: "mass", value_kg: 3.0, available_kg: 2.0 },
+            EffectError::Value {
+                parameter: "width",
+                value: 0.0,
+                reason: "there is no play",
+                remedy: "leave it out",
+            },
+        ];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
+    }
+}

@@ -51,7 +51,7 @@ sensitivity.
         without: &[Curve::UNCHANGED],
         labels: &[(0.5, 0.12, "gain")],
     },
-    traits: &[Trait::PlainNumber],
+    traits: &[Trait::PlainNumber, Trait::Gain, Trait::LikeUnits],
     change: Change::plant::<ForceGain>(),
 };
 

@@ -63,7 +63,7 @@ K. J. Åström and T. Hägglund, Advanced PID Control, ISA (2006): load disturba
         without: &[Curve::UNCHANGED],
         labels: &[(0.5, 0.12, "gain")],
     },
-    traits: &[Trait::PlainNumber],
+    traits: &[Trait::PlainNumber, Trait::Gain],
     change: Change::plant::<LoopGain>(),
 };
 

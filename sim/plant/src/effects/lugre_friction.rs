@@ -79,7 +79,7 @@ same journal, volume 45 (2000).
         without: &[],
         labels: &[(0.2, 0.85, "static: forward"), (-0.95, -0.9, "backward"), (-0.7, -0.15, "stiffness")],
     },
-    traits: &[Trait::DryFriction],
+    traits: &[Trait::DryFriction, Trait::Bristles],
     change: Change::plant::<LugreFriction>(),
 };
 

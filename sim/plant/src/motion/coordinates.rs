@@ -1,6 +1,9 @@
 //! Bodies that move as one share a coordinate.
 
+use feeler_catalogue::Tabled;
+
 use crate::assembly::{Assembly, GROUND_NODE, NodeId};
+use crate::description::{Actuator, Body};
 use crate::problem::Problem;
 
 /// The coordinate of each node.
@@ -41,7 +44,7 @@ impl Coordinates {
             let this = &assembly.nodes[node];
             if this.velocity_m_per_s.to_bits() != lead.velocity_m_per_s.to_bits() {
                 problems.push(Problem::new(
-                    format!("bodies.{}.velocity", this.name),
+                    Body::VELOCITY.of(&this.name),
                     format!(
                         "`{}` and `{}` are rigidly joined but start at {} and {} m/s",
                         this.name, lead.name, this.velocity_m_per_s, lead.velocity_m_per_s
@@ -64,7 +67,7 @@ impl Coordinates {
         }
         if leads.is_empty() {
             problems.push(Problem::new(
-                "bodies",
+                Body::TABLE,
                 "nothing in this machine can move",
                 "add a body that is not rigidly joined to ground",
             ));
@@ -73,7 +76,7 @@ impl Coordinates {
             if !(mass > 0.0 && mass.is_finite()) {
                 let name = &assembly.nodes[leads[g]].name;
                 problems.push(Problem::new(
-                    format!("bodies.{name}.mass"),
+                    Body::MASS.of(name),
                     format!("`{name}` has a mass of {mass} kg"),
                     "give it a mass above zero",
                 ));
@@ -87,7 +90,7 @@ impl Coordinates {
                 Some(Some(_)) => format!("the motion of `{body}` is imposed twice"),
                 None => format!("`{body}` is fixed, so that no motion can be imposed on it"),
             };
-            let key = format!("actuators.{}.on", drive.name);
+            let key = Actuator::ON.of(&drive.name);
             problems.push(Problem::new(key, message, "name a body that moves by itself"));
         }
         if problems.is_empty() { Ok(Self { of_node, leads, masses, imposed }) } else { Err(problems) }

@@ -7,7 +7,7 @@
 use feeler_engine::Trace;
 use feeler_plant::assembly::Bristle;
 use feeler_plant::description::{GROUND, Machine, Quantity, SignalName};
-use feeler_plant::effects::Kind;
+use feeler_plant::effects::Trait;
 
 /// Share of the largest speed below which a guide rests.
 const RESTS: f64 = 0.05;
@@ -19,7 +19,7 @@ pub(in crate::run) fn signals(machine: &Machine) -> impl Iterator<Item = SignalN
     let bristled = machine
         .springs
         .values()
-        .filter(|spring| spring.effects.iter().any(|effect| effect.definition.kind == Kind::LugreFriction));
+        .filter(|spring| spring.effects.iter().any(|effect| effect.definition.has(Trait::Bristles)));
     let bodies = bristled.flat_map(|spring| &spring.between).filter(|body| *body != GROUND);
     bodies.map(|body| SignalName::new(body, Quantity::Velocity))
 }

@@ -1,5 +1,7 @@
 //! Actuators from names to numbers.
 
+use feeler_catalogue::Field;
+
 use super::super::{Assembly, Drive, GROUND_NODE, SensorPart, ServoFeed, Source};
 use super::Build;
 use crate::description::{Actuator, ActuatorKind, DcMotor, GROUND, MotorInput, PositionServo, Quantity};
@@ -8,8 +10,8 @@ use crate::problem::Problem;
 impl Build<'_> {
     pub(super) fn drives(&mut self) {
         for (name, actuator) in &self.machine.actuators {
-            let on = self.node(&format!("actuators.{name}.on"), &actuator.on);
-            let reacts_on = self.node(&format!("actuators.{name}.reacts_on"), &actuator.reacts_on);
+            let on = self.node(&Actuator::ON.of(name), &actuator.on);
+            let reacts_on = self.node(&Actuator::REACTS_ON.of(name), &actuator.reacts_on);
             let mut drive = Drive::new(name, actuator, [on, reacts_on]);
             match &actuator.kind {
                 ActuatorKind::Imposed => {
@@ -32,20 +34,15 @@ impl Build<'_> {
     }
 
     fn imposed_problems(&mut self, name: &str, actuator: &Actuator) {
-        let key = |key: &str| format!("actuators.{name}.{key}");
         if actuator.reacts_on != GROUND {
             let message =
                 format!("an imposed motion is one against ground, not against `{}`", actuator.reacts_on);
-            self.problems.push(Problem::new(
-                key(Actuator::REACTS_ON.key.name),
-                message,
-                "leave `reacts_on` out",
-            ));
+            self.problems.push(Problem::new(Actuator::REACTS_ON.of(name), message, "leave `reacts_on` out"));
         }
         if actuator.limit_n.is_some() {
             let message = "an imposed motion takes whatever force it needs";
             self.problems.push(Problem::new(
-                key(Actuator::LIMIT.key.name),
+                Actuator::LIMIT.of(name),
                 message,
                 "leave `limit` out, or use a `position-servo`",
             ));
@@ -61,18 +58,18 @@ impl Build<'_> {
         };
         let mut servos = self.machine.actuators.values().enumerate().filter(|(_, other)| is_fed(other));
         let (servo, other) = (servos.next().map(|(i, _)| i), servos.next());
-        let mut problem = |key: &str, message: String, remedy: &str| {
-            self.problems.push(Problem::new(format!("actuators.{name}.{key}"), message, remedy.to_owned()));
+        let mut problem = |field: &Field<Actuator>, message: String, remedy: &str| {
+            self.problems.push(Problem::new(field.of(name), message, remedy.to_owned()));
         };
         let (on, reacts_on) = (&actuator.on, &actuator.reacts_on);
         if servo.is_none() || other.is_some() {
             let many = if servo.is_none() { "no" } else { "more than one" };
             let message = format!("there is {many} position servo on `{on}` that reacts on `{reacts_on}`");
-            problem(Actuator::ON.key.name, message, "name the two bodies of one `position-servo`");
+            problem(&Actuator::ON, message, "name the two bodies of one `position-servo`");
         }
         if actuator.limit_n.is_some() {
             let message = "an input of a servo has no effort of its own".to_owned();
-            problem(Actuator::LIMIT.key.name, message, "give the servo the `limit`");
+            problem(&Actuator::LIMIT, message, "give the servo the `limit`");
         }
         Some(ServoFeed { servo: servo?, is_velocity: actuator.kind == ActuatorKind::TargetVelocity })
     }
@@ -82,26 +79,27 @@ impl Build<'_> {
             return;
         }
         let given = [
-            ("compute_delay", servo.compute_delay_s > 0.0),
-            ("resolution", servo.resolution_m.is_some()),
-            ("output_resolution", servo.output_resolution_n.is_some()),
+            (Actuator::SERVO_COMPUTE_DELAY, servo.compute_delay_s > 0.0),
+            (Actuator::SERVO_RESOLUTION, servo.resolution_m.is_some()),
+            (Actuator::SERVO_OUTPUT_RESOLUTION, servo.output_resolution_n.is_some()),
         ];
-        for (key, _) in given.into_iter().filter(|(_, is_given)| *is_given) {
+        for (field, _) in given.into_iter().filter(|(_, is_given)| *is_given) {
+            let key = field.key.name;
             let message = format!("`{key}` belongs to a sampled loop, and this loop is continuous");
-            let remedy = format!("add a `period`, or leave `{key}` out");
-            self.problems.push(Problem::new(format!("actuators.{name}.{key}"), message, remedy));
+            let remedy = format!("add a `{}`, or leave `{key}` out", Actuator::SERVO_PERIOD.key.name);
+            self.problems.push(Problem::new(field.of(name), message, remedy));
         }
     }
 
     fn motor_problems(&mut self, name: &str, motor: &DcMotor) {
         if motor.input == MotorInput::Duty && motor.supply_voltage_v.is_none() {
             let message = "a duty cycle is a share of a supply voltage, and there is none";
-            let key = format!("actuators.{name}.supply_voltage");
+            let key = Actuator::SUPPLY_VOLTAGE.of(name);
             self.problems.push(Problem::new(key, message, "add `supply_voltage`, in V"));
         }
         if motor.input == MotorInput::Current && motor.inductance_h > 0.0 {
             let message = "an amplifier that controls the current already compensates the inductance";
-            let key = format!("actuators.{name}.inductance");
+            let key = Actuator::INDUCTANCE.of(name);
             self.problems.push(Problem::new(
                 key,
                 message,

@@ -186,12 +186,11 @@ fn follow(words: &[&str], mut at: usize, base: Module, all: &Modules, found: &mu
             }
             Some(word) => {
                 here.push(word.to_owned());
-                match all.get(&here).filter(|_| is_inside) {
-                    Some(module) => here.clone_from(module),
-                    None => {
-                        here.pop();
-                        is_inside = false;
-                    }
+                if let Some(module) = all.get(&here).filter(|_| is_inside) {
+                    here.clone_from(module);
+                } else {
+                    here.pop();
+                    is_inside = false;
                 }
             }
         }

@@ -46,8 +46,7 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
                 found.push(format!("{name} is at the end of its possible range"));
             }
             // The first parameter is the size of the effect.
-            let is_unknown = parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN;
-            if k == 0 && is_unknown && !judge.is_beyond_limit(accepted, i) {
+            if k == 0 && parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN {
                 found.push(format!("the interval of {name} includes zero"));
             }
         }
@@ -58,15 +57,6 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
 impl Judge<'_> {
     pub(crate) fn is_finding(&self, scored: &Scored) -> bool {
         self.no_departure(scored).is_none()
-    }
-
-    /// Whether cause `i` adds to a believed value that ends at its limit. Only their sum is determined then, so
-    /// an interval of the cause alone that includes zero does not mean that it may be absent.
-    pub(crate) fn is_beyond_limit(&self, scored: &Scored, i: usize) -> bool {
-        let (cause, Fitted { model, theta, .. }) = (&scored.causes[i], &scored.fitted);
-        let key = dossier(cause.definition.kind).adds_to;
-        key.and_then(|key| model.excess(cause.site, key.name, theta))
-            .is_some_and(|(_, is_at_limit)| is_at_limit)
     }
 
     /// Why the fitted values of a set do not depart from the believed machine; `None` if they do.

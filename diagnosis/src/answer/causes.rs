@@ -130,7 +130,7 @@ impl Judge<'_> {
     /// residual as independent, this interval does not.
     fn is_maybe_absent(&self, accepted: &Scored, i: usize, sigma: &[f64]) -> bool {
         let size = accepted.causes[i].definition.parameters.first();
-        size.is_some_and(|size| size.scale == Scale::Log) && !self.is_beyond_limit(accepted, i) && {
+        size.is_some_and(|size| size.scale == Scale::Log) && {
             let (value, half) = self.interval(accepted, i, 0, sigma);
             half > value
         }

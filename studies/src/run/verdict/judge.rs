@@ -155,8 +155,8 @@ impl Evidence<'_> {
         if !self.oscillates(tail.first) {
             return tail.is_undecided(Undecided::TooShort);
         }
-        // A few cycles between the limits of a drive do not prove a steady size. Without anti-windup they grow
-        // with the square root of time.
+        // A few cycles between the limits of a drive do not prove a steady size. Without anti-windup they
+        // grow with the square root of time.
         if self.is_rendered && saturates && trend.is_none() && !self.is_longest {
             return tail.is_undecided(Undecided::TooShort);
         }

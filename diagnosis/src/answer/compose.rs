@@ -136,10 +136,7 @@ impl Judge<'_> {
         let known = certainty(&adequacy);
         let mut effects = self.causes(accepted, &field, (known, &sigma), &attempts.fitted);
         let look_alikes = look_alikes(accepted, &field, &balanced, &effects, self.gain_or_mass(accepted));
-        let removed: Vec<Scored> = match accepted.causes.len() {
-            1 => vec![calibrated.clone()],
-            n => (0..n).map(|i| self.without(accepted, i)).collect(),
-        };
+        let removed = self.removed(accepted);
         self.credit(accepted, &removed, &refit, &after, &mut effects);
         let near: Vec<&Scored> = alike(accepted, &field.sets, &field.evidence);
         let is_alone = field.own >= SURE && !adequacy.has_rival();
@@ -194,6 +191,14 @@ impl Judge<'_> {
             inverse,
             machine,
             calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),
+        }
+    }
+
+    /// The accepted set without each cause in turn.
+    fn removed(&self, accepted: &Scored) -> Vec<Scored> {
+        match accepted.causes.len() {
+            1 => vec![self.search.calibrated.clone()],
+            n => (0..n).map(|i| self.without(accepted, i)).collect(),
         }
     }
 

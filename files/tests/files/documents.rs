@@ -39,8 +39,7 @@ fn truth_a_file_builds_on_a_machine() {
 /// Two files of one name would share a folder of results.
 #[test]
 fn truth_the_name_of_a_base_is_not_that_of_the_file() {
-    let base = format!("name = \"base\"\n{}", COMPLETE.replacen("name = ", "about = ", 1));
-    let folder = folder(&[("base.toml", &base), ("over.toml", "machine = \"base.toml\"\n")]);
+    let folder = folder(&[("base.toml", COMPLETE), ("over.toml", "machine = \"base.toml\"\n")]);
     let mut draft = Draft::load(&folder.path().join("over.toml")).unwrap();
     let name = |draft: &Draft| draft.clone().build().unwrap().scenario.machine.name;
     assert_eq!(name(&draft), "over");

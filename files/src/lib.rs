@@ -34,6 +34,7 @@ mod keys;
 mod kind;
 mod located;
 mod numbers;
+mod parse;
 mod problem;
 mod read;
 #[cfg(test)]

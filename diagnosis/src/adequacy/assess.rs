@@ -77,7 +77,7 @@ pub(crate) fn assess(
     // A smooth force alone that balances better than the causes shows the place better than they do. If they
     // remove little of the error, any smooth force does.
     let own = accepted.balanced.as_ref().map_or(0.0, |balanced| balanced.nats);
-    let alone = balance::beyond(judge, calibrated, &criteria);
+    let alone = is_found.then(|| balance::beyond(judge, calibrated, &criteria)).flatten();
     let better = alone.filter(|smooth| smooth.nats > own);
     Adequacy {
         criteria,

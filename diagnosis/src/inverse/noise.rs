@@ -27,7 +27,8 @@ impl Inverse {
         }
         let Some(found) = solve(&terms, &target) else { return };
         let squares = squares(&terms, &found, &target);
-        let class: Vec<usize> = self.fitted.iter().flat_map(classes).collect();
+        let all: Vec<Vec<usize>> = self.fitted.iter().chain(&self.checked).map(classes).collect();
+        let class: Vec<usize> = all[..self.fitted.len()].concat();
         let mut least = 0.0_f64;
         let variances: Vec<f64> = (0..=CLASSES.len())
             .map(|own| {
@@ -40,9 +41,9 @@ impl Inverse {
             })
             .collect();
         let clear = variances.iter().copied().find(|variance| *variance > 0.0).unwrap_or(1.0);
-        for rows in self.fitted.iter_mut().chain(&mut self.checked) {
-            rows.weights =
-                classes(rows).into_iter().map(|class| (clear / variances[class].max(clear)).sqrt()).collect();
+        let weights = |class: &usize| (clear / variances[*class].max(clear)).sqrt();
+        for (rows, classes) in self.fitted.iter_mut().chain(&mut self.checked).zip(&all) {
+            rows.weights = classes.iter().map(weights).collect();
         }
     }
 }

@@ -9,10 +9,11 @@ use feeler_plant::description::{
 };
 use feeler_plant::effects::{Kind, find};
 
-use crate::draft::{Draft, parse_toml};
+use crate::draft::Draft;
 use crate::keys::cell::ARM_FILE;
 use crate::keys::surface::{PROFILE, SURFACE};
 use crate::keys::{ABOUT, CONTACTS, CONTROLLERS, EFFECTS, Element, NAME, RUN_TABLE, SENSORS, SHARED};
+use crate::parse::parse_toml;
 use crate::problem::Problems;
 use crate::read::join;
 use crate::source::{Origin, Sources};

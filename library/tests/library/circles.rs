@@ -114,10 +114,7 @@ fn needs(files: &BTreeMap<Module, PathBuf>) -> BTreeMap<Module, BTreeSet<Module>
 fn at_root(text: &str) -> Modules {
     let mut found = Modules::new();
     let plain = text.lines().map(|line| line.split("//").next().unwrap_or_default());
-    let text = plain.collect::<Vec<_>>().join(
-        "
-",
-    );
+    let text = plain.collect::<Vec<_>>().join("\n");
     for statement in text.split(';').filter_map(|statement| Some(statement.split_once("use ")?.1)) {
         let words = words(statement);
         let Some(end) = (1..words.len()).step_by(2).take_while(|at| words[*at] == "::").last() else {

@@ -12,13 +12,14 @@ use super::palette::{labels, of_outcome};
 use super::report::Report;
 use crate::terminal;
 
-/// Measures under the pointer: column, words, unit. `N` stands for the unit of force of the machine. The
-/// amplitude has the unit of what is judged.
+/// Unit of what is judged, a force or a motion.
+const JUDGED: &str = "judged";
+/// Measures under the pointer: column, words, unit. `N` stands for the unit of force of the machine.
 pub(super) const SHOWN: [(&str, &str, &str); 7] = [
     ("peak_force_n", "peak force", "N"),
     ("settling_time_s", "settling time", "s"),
     ("frequency_hz", "frequency", "Hz"),
-    ("amplitude_n", "amplitude", "N"),
+    ("amplitude_n", "amplitude", JUDGED),
     ("impacts_per_period", "impacts per period", ""),
     ("chatter_contact_share", "share of time in contact", ""),
     ("growth_per_s", "growth", "1/s"),
@@ -54,9 +55,9 @@ impl Report<'_> {
             ""
         ]));
         for (name, words, unit) in SHOWN {
-            let unit = match (name, unit) {
-                ("amplitude_n", _) => self.judged.1,
-                (_, "N") => self.units.force,
+            let unit = match unit {
+                JUDGED => self.judged.1,
+                "N" => self.units.force,
                 _ => unit,
             };
             let short = |v: f64| format!("{v:.4e}").parse::<f64>().ok();

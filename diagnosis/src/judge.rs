@@ -28,7 +28,7 @@ pub(crate) const PARSIMONY: f64 = 30.0;
 const PARSIMONY_BESIDE_NUMBERS: f64 = 3.0;
 /// Share by which a law must explain more than a simpler law that it contains.
 const NESTED_SHARE: f64 = 0.15;
-/// A set with plausible values replaces a best set with implausible ones if it has this share of the best
+/// A set with possible values replaces a best set with impossible ones if it has this share of the best
 /// evidence.
 const FAIR_SHARE: f64 = 0.6;
 /// Causes whose evidence is within this of the best look alike in these records, nats.
@@ -193,12 +193,12 @@ impl Judge<'_> {
         check >= asked.check && all >= asked.all && !unknown::is_quiet(task, accepted, &noise())
     }
 
-    /// Moves the best set with plausible values to the front of a ranking, if it has a fair share of the
+    /// Moves the best set with possible values to the front of a ranking, if it has a fair share of the
     /// first set's evidence.
-    pub(crate) fn prefer_meant<T: std::borrow::Borrow<Scored>>(&self, ranked: &mut [T]) {
+    pub(crate) fn prefer_possible<T: std::borrow::Borrow<Scored>>(&self, ranked: &mut [T]) {
         let Some(most) = ranked.first().map(|first| self.all(first.borrow())) else { return };
-        let meant = ranked.iter().position(|scored| self.is_meant(scored.borrow()));
-        if let Some(i) = meant.filter(|&i| self.all(ranked[i].borrow()) > FAIR_SHARE * most) {
+        let possible = ranked.iter().position(|scored| self.is_possible(scored.borrow()));
+        if let Some(i) = possible.filter(|&i| self.all(ranked[i].borrow()) > FAIR_SHARE * most) {
             ranked[..=i].rotate_right(1);
         }
     }

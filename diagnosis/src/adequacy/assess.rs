@@ -56,7 +56,6 @@ pub(crate) fn assess(
     }
     let unclosed = sizes.closed.filter(|_| is_found && !is_balanced);
     let unclosed = unclosed.and_then(|closed| horizons::unclosed(closed, &criteria));
-    let removes_little = unclosed.is_some();
     short(Condition::Left, unclosed.into_iter().collect());
     short(Condition::Residual, residual.shortfalls(missing[0], &criteria));
     let smooth = balance::beyond(judge, accepted, &criteria);
@@ -74,18 +73,18 @@ pub(crate) fn assess(
         short(Condition::Rivals, rivals::rounded(judge, accepted));
         short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
     }
-    // A smooth force alone that balances better than the causes shows the place better than they do. If they
-    // remove little of the error, any smooth force does.
-    let own = accepted.balanced.as_ref().map_or(0.0, |balanced| balanced.nats);
+    // A smooth force shows the place of an error that no cause removes. Causes that remove most of it show
+    // the place themselves.
+    let removes_little = sizes.closed.is_some_and(|closed| closed < criteria.least_closed);
     let alone = is_found.then(|| balance::beyond(judge, calibrated, &criteria)).flatten();
-    let better = alone.filter(|smooth| smooth.nats > own);
+    let smooth = alone.or(smooth).filter(|_| !is_found || removes_little);
     Adequacy {
         criteria,
         horizons,
         drive_force_n: residual.drive_force_n,
         residual: residual.traces,
         shortfalls,
-        smooth: better.or(smooth).or(alone.filter(|_| removes_little)).map(|smooth| smooth.place),
+        smooth: smooth.map(|smooth| smooth.place),
         is_balanced,
         is_noise,
     }

@@ -26,6 +26,13 @@ const UNKNOWN: f64 = 1.0 / 1.645;
 
 /// Reasons why accepted values are not plausible, in words.
 pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Vec<String> {
+    let mut found = impossible(judge, accepted, criteria);
+    found.extend(hardly_known(accepted));
+    found
+}
+
+/// Values beyond what the believed machine and its records allow, in words.
+fn impossible(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Vec<String> {
     let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
     let mut found = Vec::new();
     for (i, cause) in accepted.causes.iter().enumerate() {
@@ -35,23 +42,34 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
             found.extend(
                 beyond(judge, cause, parameter, values[k], criteria).map(|limit| format!("{name} {limit}")),
             );
-            let Some(u) = model.unknowns.iter().position(|unknown| unknown.parameter_of(i) == Some(k)) else {
-                continue;
-            };
+            let Some(u) = unknown(accepted, i, k) else { continue };
             let (low, high) = model.unknowns[u].bounds;
-            if high - low < READ_OFF {
-                continue;
-            }
             if (theta[u] - low).min(high - theta[u]) < AT_END {
                 found.push(format!("{name} is at the end of its possible range"));
-            }
-            // The first parameter is the size of the effect.
-            if k == 0 && parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN {
-                found.push(format!("the interval of {name} includes zero"));
             }
         }
     }
     found
+}
+
+/// Causes with a size that may be zero, in words. The first parameter is the size of the effect.
+fn hardly_known(accepted: &Scored) -> impl Iterator<Item = String> {
+    accepted.causes.iter().enumerate().filter_map(|(i, cause)| {
+        let size = cause.definition.parameters.first().filter(|size| size.scale == Scale::Log)?;
+        let is_hardly = accepted.fitted.sigma[unknown(accepted, i, 0)?] > UNKNOWN;
+        let name = format!("{} of {}", size.name, cause.definition.kind);
+        is_hardly.then(|| format!("the interval of {name} includes zero"))
+    })
+}
+
+/// The unknown of parameter `k` of cause `i`; `None` if the parameter is not fitted.
+fn unknown(accepted: &Scored, i: usize, k: usize) -> Option<usize> {
+    let unknowns = &accepted.fitted.model.unknowns;
+    let is_fitted = |u: &usize| {
+        let (low, high) = unknowns[*u].bounds;
+        high - low >= READ_OFF
+    };
+    unknowns.iter().position(|unknown| unknown.parameter_of(i) == Some(k)).filter(is_fitted)
 }
 
 impl Judge<'_> {
@@ -87,6 +105,11 @@ impl Judge<'_> {
     /// Whether every value of a set of causes is plausible.
     pub(crate) fn is_meant(&self, scored: &Scored) -> bool {
         doubts(self, scored, &Criteria::default()).is_empty()
+    }
+
+    /// Whether every value of a set of causes is possible. A cause may be absent.
+    pub(crate) fn is_possible(&self, scored: &Scored) -> bool {
+        impossible(self, scored, &Criteria::default()).is_empty()
     }
 }
 

@@ -126,14 +126,28 @@ impl Judge<'_> {
         accepted.causes.iter().enumerate().filter_map(of).collect()
     }
 
-    /// Whether the interval of the size of cause `i` includes zero. Evidence counts many stretches of a
-    /// residual as independent, this interval does not.
+    /// The cause of several that is most likely absent; `None` if the interval of no size includes that of an
+    /// absent cause.
+    pub(crate) fn most_likely_absent(&self, accepted: &Scored) -> Option<usize> {
+        let sigma = self.deviations(accepted);
+        let reach = |i: &usize| self.reach_of_null(accepted, *i, &sigma).unwrap_or(0.0);
+        let all = 0..accepted.causes.len();
+        all.max_by(|a, b| reach(a).total_cmp(&reach(b))).filter(|i| reach(i) > 1.0)
+    }
+
+    /// Whether the interval of the size of cause `i` includes that of an absent cause. Evidence counts many
+    /// stretches of a residual as independent, this interval does not.
     fn is_maybe_absent(&self, accepted: &Scored, i: usize, sigma: &[f64]) -> bool {
-        let size = accepted.causes[i].definition.parameters.first();
-        size.is_some_and(|size| size.scale == Scale::Log) && {
-            let (value, half) = self.interval(accepted, i, 0, sigma);
-            half > value
-        }
+        self.reach_of_null(accepted, i, sigma).is_some_and(|reach| reach > 1.0)
+    }
+
+    /// Half of the 90 % interval of the size of cause `i`, over the distance to the size of an absent cause.
+    fn reach_of_null(&self, accepted: &Scored, i: usize, sigma: &[f64]) -> Option<f64> {
+        let size = accepted.causes[i].definition.parameters.first()?;
+        let zero = Some(0.0).filter(|_| size.scale == Scale::Log);
+        let null = size.null.filter(|null| null.is_finite()).or(zero)?;
+        let (value, half) = self.interval(accepted, i, 0, sigma);
+        Some(half / (value - null).abs())
     }
 
     /// Value of parameter `k` of cause `i`, and half of its 90 % interval.

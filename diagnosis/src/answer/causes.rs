@@ -141,13 +141,19 @@ impl Judge<'_> {
         self.reach_of_null(accepted, i, sigma).is_some_and(|reach| reach > 1.0)
     }
 
-    /// Half of the 90 % interval of the size of cause `i`, over the distance to the size of an absent cause.
+    /// Half of the 90 % interval of cause `i` over the distance to an absent cause, by the parameter that
+    /// tells them apart best; `None` if no parameter does.
     fn reach_of_null(&self, accepted: &Scored, i: usize, sigma: &[f64]) -> Option<f64> {
-        let size = accepted.causes[i].definition.parameters.first()?;
-        let zero = Some(0.0).filter(|_| size.scale == Scale::Log);
-        let null = size.null.filter(|null| null.is_finite()).or(zero)?;
-        let (value, half) = self.interval(accepted, i, 0, sigma);
-        Some(half / (value - null).abs())
+        let parameters = accepted.causes[i].definition.parameters;
+        let null = |k: usize| {
+            let zero = Some(0.0).filter(|_| k == 0 && parameters[k].scale == Scale::Log);
+            parameters[k].null.filter(|null| null.is_finite()).or(zero)
+        };
+        let reach = |k: usize| {
+            let (value, half) = self.interval(accepted, i, k, sigma);
+            Some(half / (value - null(k)?).abs())
+        };
+        (0..parameters.len()).filter_map(reach).min_by(f64::total_cmp)
     }
 
     /// Value of parameter `k` of cause `i`, and half of its 90 % interval.

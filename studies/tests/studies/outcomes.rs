@@ -182,7 +182,11 @@ fn truth_loops_without_contact_are_judged_by_what_they_control() {
         assert!(summary.controlled.is_some());
         summary.outcome
     };
-    assert_eq!(outcome(WINDUP), Outcome::Unstable);
+    // Each swing takes longer than the last: to the end of the run there are three to seven.
+    for seconds in ["10.0", "15.0", "20.0", "30.0", "60.0", "100.0"] {
+        let run = WINDUP.replace("duration = 10.0", &format!("duration = {seconds}"));
+        assert_eq!(outcome(&run), Outcome::Unstable, "{seconds} s");
+    }
     assert_eq!(outcome(PLAY), Outcome::LimitCycle);
     // The second loop settles without free play.
     assert_eq!(outcome(&PLAY.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", "")), Outcome::Settled);

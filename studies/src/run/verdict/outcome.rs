@@ -171,7 +171,7 @@ impl Undecided {
     /// The reason as a clause about the run.
     pub fn words(self) -> &'static str {
         match self {
-            Self::TooShort => "the run ends too soon after the first touch or the last step of the reference",
+            Self::TooShort => "too few cycles follow the first touch or the last step of the reference",
             Self::StillDecaying => "the oscillation dies out but has not ended",
             Self::TooFewBounces => "the tool leaves the workpiece too rarely to judge",
             Self::StillApproaching => "the run ends while the tool still approaches the workpiece",

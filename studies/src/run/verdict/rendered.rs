@@ -35,16 +35,23 @@ impl Evidence<'_> {
     /// Rate at which the controlled motion departs, if it is far from its reference.
     fn departure_per_s(&self, tail: &Tail) -> Option<f64> {
         let wanted = self.wanted?;
-        let error = |row: usize| (self.force_n[row] - wanted[row]).abs();
+        let error = |row: usize| self.force_n[row] - wanted[row];
         let rows = self.t_s.len() - tail.first;
-        let [d1, d2, d3]: [f64; 3] = std::array::from_fn(|part| {
+        let parts: [[f64; 2]; 3] = std::array::from_fn(|part| {
             let rows = tail.first + part * rows / 3..tail.first + (part + 1) * rows / 3;
-            rows.map(error).fold(0.0, f64::max)
+            let end_s = tail.span_s[0] + (part + 1) as f64 * tail.length_s() / 3.0;
+            [end_s, rows.map(|row| error(row).abs()).fold(0.0, f64::max)]
         });
         let steps = (1..wanted.len()).map(|row| (wanted[row] - wanted[row - 1]).abs()).fold(0.0, f64::max);
-        let scale = steps.max(if wanted.is_empty() { 0.0 } else { error(0) });
-        let departs = d3 > GOES * d2 && d2 > GOES * d1 && d3 > FAR * scale && scale > 0.0;
-        departs.then(|| (d3 / d1).ln() / (2.0 / 3.0 * tail.length_s())).filter(|rate| rate.is_finite())
+        let scale = steps.max(if wanted.is_empty() { 0.0 } else { error(0).abs() });
+        let departs = |[[_, e1], [_, e2], [_, e3]]: &[[f64; 2]; 3]| {
+            *e3 > GOES * e2 && *e2 > GOES * e1 && *e3 > FAR * scale && scale > 0.0
+        };
+        let rate = |[[t1, e1], _, [t3, e3]]: [[f64; 2]; 3]| (e3 / e1).ln() / (t3 - t1);
+        // Parts of the tail may be shorter than a swing.
+        let widest = || widest_swings((0..wanted.len()).map(|row| [self.t_s[row], error(row)]));
+        let found = Some(parts).filter(departs).or_else(|| widest().filter(departs));
+        found.map(rate).filter(|rate| rate.is_finite())
     }
 
     /// Whether a command moves on from `first` onwards while its motion rests within a band.
@@ -92,6 +99,29 @@ impl Evidence<'_> {
             otherwise
         }
     }
+}
+
+/// Time and size of the last three swings of an error, if each is wider than all before. `errors` are times
+/// and errors. The last swing may not be at its widest yet, so it counts only if it is the widest already.
+fn widest_swings(errors: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 3]> {
+    let mut swings: Vec<[f64; 2]> = Vec::new();
+    let mut side = 0.0;
+    for [t_s, error] in errors.filter(|[_, error]| *error != 0.0) {
+        if error.signum() != side {
+            side = error.signum();
+            swings.push([t_s, 0.0]);
+        }
+        if let Some(swing) = swings.last_mut().filter(|swing| error.abs() > swing[1]) {
+            *swing = [t_s, error.abs()];
+        }
+    }
+    let widest = |swings: &[[f64; 2]]| swings.iter().map(|swing| swing[1]).fold(0.0, f64::max);
+    let (last, earlier) = swings.split_last()?;
+    if last[1] <= widest(earlier) {
+        swings.pop();
+    }
+    let (earlier, last) = swings.split_last_chunk::<3>()?;
+    (last[0][1] > widest(earlier)).then_some(*last)
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ pub(super) struct ReadArm {
     pub(super) collisions: Vec<Vec<Collision>>,
     /// The folder of the URDF.
     pub(super) folder: PathBuf,
-    doubts: Vec<Problem>,
+    pub(super) doubts: Vec<Problem>,
 }
 
 /// Reads the tree of an arm file, which begins at `at`. Ignores the keys of joints in `besides`. `None` if

@@ -45,11 +45,14 @@ pub(crate) fn run(arguments: &Analyze) -> crate::Result<()> {
     let busy = Busy::new("analysing, with every mass, stiffness and damping a little more and less");
     let report =
         analyze(&document.scenario, &request).map_err(|error| refused(arguments, &document, error))?;
+    let drawn = arguments.out.as_deref().map(|folder| {
+        let curves = curves(&document.scenario, &request, &report);
+        curves.map(|curves| (folder, curves)).map_err(|error| refused(arguments, &document, error))
+    });
+    let drawn = drawn.transpose()?;
     drop(busy);
     let mut written = String::new();
-    if let Some(folder) = &arguments.out {
-        let curves = curves(&document.scenario, &request, &report)
-            .map_err(|error| refused(arguments, &document, error))?;
+    if let Some((folder, curves)) = drawn {
         let page = pages::analyze::page(&document, &arguments.settings, &notes, &report, &curves);
         let json = terminal::json(&report)? + "\n";
         written = terminal::write_all(folder, &[("analyze.json", json), ("report.html", page)])?;

@@ -101,12 +101,9 @@ fn check(path: &Path) -> Result<Sound, Mistakes> {
     if draft.has_arm() {
         let file = CellFile::build(draft).map_err(Mistakes::Format)?;
         let workpiece = file.cell.workpiece.shape.name();
-        return Ok(format!(
-            "scenario `{}` of an arm with {} on a {workpiece}",
-            file.name,
-            count(file.cell.joints.len(), "joint", "joints")
-        )
-        .into());
+        let joints = count(file.cell.joints.len(), "joint", "joints");
+        let about = format!("scenario `{}` of an arm with {joints} on a {workpiece}", file.name);
+        return Ok(Sound { about, warnings: Vec::new(), doubts: file.doubts });
     }
     let document = draft.build().map_err(Mistakes::Format)?;
     Program::new(&document.scenario).map_err(|error| match error {

@@ -32,6 +32,7 @@ const MOST_DAMPED: f64 = 1e7;
 pub(crate) fn run(arguments: &Reduce) -> crate::Result<()> {
     let map_is_page = arguments.map_out.as_deref().map_or(Ok(false), is_page)?;
     let file = ArmFile::load(&arguments.arm)?;
+    terminal::warn(&file.doubts);
     let normal = three(&arguments.normal, "--normal")?;
     let others = if arguments.hold { Others::Held } else { Others::Free };
     let contact = contact(arguments)?;

@@ -21,6 +21,7 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> crate::Result<()> {
         ));
     }
     let file = CellFile::build(draft)?;
+    terminal::warn(&file.doubts);
     let folder = super::run_folder::folder(arguments, &file.name);
     terminal::make_folder(&folder)?;
     let mut progress = Progress::new(file.name.clone());

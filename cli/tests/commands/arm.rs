@@ -67,6 +67,28 @@ fn truth_other_commands_take_the_axis_and_say_so() {
     assert!(said.code == BAD_INPUT && said.err.contains("run.engine"), "{}", said.err);
 }
 
+/// A URDF whose inertias lack a product is read, with a warning wherever the arm is used.
+#[test]
+fn truth_commands_warn_of_an_arm_whose_urdf_lacks_something() {
+    let bench = Bench::new();
+    let arms = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/arms");
+    for name in ["six-joint.toml", "press-low-gain.toml", "dome.obj"] {
+        std::fs::copy(arms.join(name), bench.path(name)).unwrap();
+    }
+    let urdf = std::fs::read_to_string(arms.join("six-joint.urdf")).unwrap();
+    bench.write("six-joint.urdf", &urdf.replace(" ixy=\"0\"", ""));
+    let pose = ["--pose", "0,-0.5,1.0,0,0.5,0", "--normal", "0,0,-1"];
+    for command in [
+        [&["reduce", "six-joint.toml"], &pose[..]].concat(),
+        vec!["check", "press-low-gain.toml"],
+        vec!["run", "press-low-gain.toml", "--set", "run.duration=0.01"],
+    ] {
+        let said = bench.feeler(&command);
+        assert_eq!(said.code, DONE, "{command:?}: {}", said.err);
+        assert!(format!("{}{}", said.out, said.err).contains("lacks `ixy`"), "{command:?}: {}", said.err);
+    }
+}
+
 #[test]
 fn truth_a_page_with_sliders_is_refused_with_the_commands_that_give_one() {
     let bench = Bench::new();

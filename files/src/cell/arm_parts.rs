@@ -30,6 +30,8 @@ pub(super) struct ArmParts {
     pub(super) arm: Arm,
     pub(super) joints: Vec<JointPart>,
     pub(super) bodies: Vec<BodyShapes>,
+    /// See [`crate::ArmFile::doubts`].
+    pub(super) doubts: Vec<Problem>,
 }
 
 /// Reads the arm that a scenario names; `None` if there are mistakes.
@@ -61,7 +63,7 @@ pub(super) fn read(draft: &mut Draft, fields: &Contents, problems: &mut Problems
     let read = arm::read(&root, &draft.sources, &at, &[EFFECTS], problems)?;
     let joints = joints(&read.arm, &root, draft, problems)?;
     let bodies = bodies(&read, &entry.node.origin, problems)?;
-    Some(ArmParts { arm: read.arm, joints, bodies })
+    Some(ArmParts { arm: read.arm, joints, bodies, doubts: read.doubts })
 }
 
 /// The tree of an arm file, which is added to the sources.

@@ -10,7 +10,7 @@ use feeler_catalogue::{Contents, Keyed, Keys};
 use feeler_engine::RunSettings;
 use feeler_geometry::{Placement, Shape};
 use feeler_manipulator::{Cell, CellSimulation, Hold, ManipulatorError, Part, Start};
-use feeler_problem::Remedy;
+use feeler_problem::{Problem, Remedy};
 use nalgebra::Vector3;
 
 #[cfg(test)]
@@ -44,6 +44,8 @@ pub struct CellFile {
     /// The described arm, with workpiece and controller.
     pub cell: Cell,
     pub record_rate_hz: f64,
+    /// Elements that the arm's files lack and that are not needed so far.
+    pub doubts: Vec<Problem>,
     text: String,
 }
 
@@ -139,6 +141,7 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
     Ok(Some(CellFile {
         name: draft.name(fields.value(&NAME)),
         about: fields.value(&ABOUT).unwrap_or_default(),
+        doubts: arm.doubts,
         record_rate_hz: cell.scenario.run.record_rate_hz.unwrap_or(RECORD_RATE_HZ),
         text: draft.sources.0[draft.main].text.to_string(),
         cell,

@@ -116,6 +116,13 @@ pub(crate) const SIGNAL: Key = required("signal", KeyKind::Signal, "its signal i
 pub(crate) const UNIT: Key =
     optional("unit", KeyKind::Text, "unit of the numbers in the file; if absent, the SI unit of the signal");
 
+impl ColumnSpec {
+    /// The key of the factor on its numbers.
+    pub const SCALE: Field<Self> = field!(ColumnSpec: scale,
+        number("scale", Unit::Of(Dimension::NONE), Bound::Any, 1.0,
+            "factor on the numbers in the file, as for counts or a sign"));
+}
+
 /// All keys except signal and unit, on which these keys depend.
 impl Keyed for ColumnSpec {
     const FIELDS: &'static [Field<Self>] = &[
@@ -137,9 +144,7 @@ impl Keyed for ColumnSpec {
         field!(ColumnSpec: number,
             optional("column", KeyKind::Count(1, 1_000_000),
                 "its number in the file, from 1, in place of its name")),
-        field!(ColumnSpec: scale,
-            number("scale", Unit::Of(Dimension::NONE), Bound::Any, 1.0,
-                "factor on the numbers in the file, as for counts or a sign")),
+        ColumnSpec::SCALE,
         field!(ColumnSpec: offset,
             number("offset", Unit::Signal, Bound::Any, 0.0, "added to them after the factor")),
     ];

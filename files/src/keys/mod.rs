@@ -7,7 +7,7 @@ use feeler_plant::effects::HostKind;
 pub(crate) mod arm;
 pub(crate) mod cell;
 mod controllers;
-pub(crate) mod dataset;
+pub mod dataset;
 mod machine;
 pub(crate) mod surface;
 pub(crate) mod sweep;

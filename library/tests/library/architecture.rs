@@ -195,6 +195,14 @@ fn truth_the_integration_tests_of_a_crate_are_one_program() {
 }
 
 #[test]
+fn truth_the_library_has_every_crate_below_it() {
+    let text = fs::read_to_string(root().join("library/src/lib.rs")).unwrap();
+    let parts = text.lines().filter_map(|line| line.strip_prefix("pub use feeler_")?.split_once(" as "));
+    let parts: Names = parts.map(|(name, _)| name.to_owned()).collect();
+    assert_eq!(parts, allowed()["library"]);
+}
+
+#[test]
 fn truth_the_map_has_every_crate_and_no_folder_that_is_not_there() {
     let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
     let map = page.split("```").nth(1).unwrap();

@@ -96,7 +96,9 @@ mod tests {
                 }
             } else if path.extension().is_some_and(|extension| extension == "rs") {
                 let text = fs::read_to_string(&path).unwrap();
-                take(&path, text.split("#[cfg(test)]\nmod").next().unwrap_or_default());
+                let (before, rest) = text.split_once("\nmod tests {").unwrap_or((&text, ""));
+                let after = rest.split_once("\n}\n").map_or("", |(_, after)| after);
+                take(&path, &format!("{before}\n{after}"));
             }
         }
     }

@@ -69,8 +69,8 @@ impl Builder<'_> {
         let ([Some(tip), Some(workpiece)], ContactLaw::Hertz) = (materials, law) else {
             let message = format!("`{stiffness}` is missing");
             let remedy = format!(
-                "add `{stiffness} = \"... N/m\"`: k; or `{LAW} = \"hertz\"` and a `{}` of tip and workpiece in \
-                 `{}`",
+                "add `{stiffness} = \"... N/m\"`: k; or `{LAW} = \"hertz\"` and a `{}` of tip and workpiece \
+                 in `{}`",
                 MATERIAL.name, SURFACE.name
             );
             self.problems.add(item.at, item.key(stiffness), message, remedy);

@@ -82,8 +82,8 @@ mod tests {
     use super::arm::JOINTS;
     use super::*;
 
-    /// Words between back-ticks that are no keys: a value of an argument, clauses of a specification, a column,
-    /// a unit, and a field of results.
+    /// Words between back-ticks that are no keys: a value of an argument, clauses of a specification, a
+    /// column, a unit, and a field of results.
     const OTHER_WORDS: [&str; 6] = ["none", "gains", "overshoot", "load", "raw", EFFECTS];
     const NOT_PRODUCT: [&str; 5] = ["target", "tests", "benches", "blind", ".git"];
 

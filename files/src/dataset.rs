@@ -140,10 +140,11 @@ fn columns(
         if let Some(signal) = fields.value(&SIGNAL) {
             let mut column = ColumnSpec::plain(own_name(signal));
             column.take(&fields);
-            if let Some(entry) = table.get("scale").filter(|_| column.scale.abs() <= 0.0) {
+            let scale = ColumnSpec::SCALE.key.name;
+            if let Some(entry) = table.get(scale).filter(|_| column.scale.abs() <= 0.0) {
                 let message = "with a factor of zero every reading is the same";
                 let remedy = "write the factor from the numbers in the file to SI, or leave it out";
-                reader.problems.add(&entry.node.origin, join(&path, "scale"), message, remedy);
+                reader.problems.add(&entry.node.origin, join(&path, scale), message, remedy);
             }
             column.scale *= unit.unwrap_or(1.0);
             found.insert(name.clone(), column);

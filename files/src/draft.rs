@@ -202,7 +202,10 @@ impl Draft {
         self.check_path(path, &segments, at)?;
         // Its keys are in this draft already.
         if path == BASE.name {
-            let remedy = "change its keys one by one, or write a file that begins with another `machine`";
+            let remedy = format!(
+                "change its keys one by one, or write a file that begins with another `{}`",
+                BASE.name
+            );
             return Err(self.refuse(at, path, "the base file cannot be exchanged".into(), remedy));
         }
         if segments.len() == 2

@@ -5,7 +5,7 @@
 use feeler_catalogue::{Dimension, Tabled};
 use feeler_engine::{ControllerUse, Scenario};
 use feeler_plant::assembly::{Source, resolve};
-use feeler_plant::description::{ActuatorKind, Axis, Body, Machine, Quantity, SignalName};
+use feeler_plant::description::{Actuator, ActuatorKind, Axis, Body, Machine, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
 use feeler_plant::problem::Problem;
 
@@ -74,7 +74,10 @@ pub(crate) fn problem(machine: &Document, name: &str) -> Option<Problem> {
     let (message, remedy) = match kind {
         Some(ActuatorKind::PositionServo(servo)) if servo.period_s.is_some() => (
             format!("`{drive}` has its own sampled loop, and nested loops are not predicted"),
-            format!("leave out the `period` of `{drive}`, or name its target instead"),
+            format!(
+                "leave out the `{}` of `{drive}`, or name its target instead",
+                Actuator::SERVO_PERIOD.key.name
+            ),
         ),
         Some(ActuatorKind::Imposed) => (
             format!("the motion of `{drive}` is imposed, and no loop moves it"),

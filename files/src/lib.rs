@@ -57,6 +57,7 @@ pub use draft::{Draft, Setting, read_text};
 pub use edit::{Assignment, assignment, settings_between};
 pub use followed::followed_by;
 pub use keys::EXAMPLE_KEY;
+pub use keys::dataset as dataset_keys;
 pub use keys::dataset::{ColumnSpec, Experiment, ExperimentRole, LogClock};
 pub use keys::sweep::{Keep, Sampling};
 pub use located::Located;

@@ -3,7 +3,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use feeler_arm::{Chain, JointKind};
+use feeler_arm::{Chain, JointDrive, JointKind};
+use feeler_catalogue::Keyed;
+
+use super::keys::arm::{JOINTS, NAME, TOOL, URDF};
 
 /// A template of a single file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,25 +114,36 @@ pub fn arm_text(chain: &Chain, tool: &str, named: &Path) -> String {
     let mut text = format!(
         "# The drives of an arm, which its URDF does not state. Numbers are those of gears of that size;\n\
          # put those of your drives in their place.\n\
-         name = {:?}\nurdf = {:?}\ntool = {tool:?}\n",
+         {} = {:?}\n{} = {:?}\n{} = {tool:?}\n",
+        NAME.name,
         chain.name,
-        named.display().to_string()
+        URDF.name,
+        named.display().to_string(),
+        TOOL.name
     );
     for joint in &chain.joints {
         let effort = joint.effort_limit.unwrap_or(50.0);
-        let (stiffness, unit) =
-            (200.0 * effort, if joint.kind == JointKind::Prismatic { "kg" } else { "kg m2" });
-        let _ = write!(
-            text,
-            "\n[joints.{:?}]\ngear_ratio    = 100\nrotor_inertia = \"{:e} {unit}\"\n\
-             stiffness     = {stiffness}\n\
-             damping       = {}\nviscous_friction = {}\ndry_friction     = {}\n",
-            joint.name,
-            1e-6 * effort,
-            1e-3 * stiffness,
-            joint.viscous_friction,
-            joint.dry_friction
-        );
+        let stiffness = 200.0 * effort;
+        let drive = JointDrive {
+            gear_ratio: 100.0,
+            rotor_inertia_kg_m2: 1e-6 * effort,
+            stiffness_n_m_per_rad: stiffness,
+            damping_n_m_s_per_rad: 1e-3 * stiffness,
+            viscous_friction_n_m_s_per_rad: joint.viscous_friction,
+            dry_friction_n_m: joint.dry_friction,
+            effort_limit_n_m: None,
+            bandwidth_hz: None,
+        };
+        let _ = writeln!(text, "\n[{JOINTS}.{:?}]", joint.name);
+        for field in JointDrive::FIELDS {
+            let Some(value) = field.number(&drive) else { continue };
+            let value = if field.key.name == JointDrive::ROTOR_INERTIA.key.name {
+                format!("\"{value:e} {}\"", if joint.kind == JointKind::Prismatic { "kg" } else { "kg m2" })
+            } else {
+                value.to_string()
+            };
+            let _ = writeln!(text, "{:<16} = {value}", field.key.name);
+        }
     }
     text
 }

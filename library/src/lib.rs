@@ -35,6 +35,7 @@
 //! | outcomes, sweeps, frequency responses, reasons of chatter | [`studies`] |
 //! | what a machine file does not know | [`diagnosis`] |
 //! | whole arms | [`arm`], [`manipulator`], with [`geometry`] |
+//! | all of it beside closed forms and other people's numbers | [`validation`] |
 //! | Rapier in place of the own stepper | [`multibody`] |
 
 pub use feeler_analysis as analysis;
@@ -53,6 +54,7 @@ pub use feeler_multibody as multibody;
 pub use feeler_plant as plant;
 pub use feeler_problem as problem;
 pub use feeler_studies as studies;
+pub use feeler_validation as validation;
 
 use feeler_engine::{EngineError, Program, Scenario, Simulation, Trace};
 

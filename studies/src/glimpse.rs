@@ -6,7 +6,7 @@ use feeler_control::ReferenceSpec;
 use feeler_engine::Scenario;
 
 use crate::operating_point::contact_view;
-use crate::run::{Candidate, Outcome, RunError, RunResult, measure_resting, run_once};
+use crate::run::{Outcome, PreparedRun, RunError, RunResult, measure_resting, run_once};
 use crate::threads::ALL_PROCESSORS;
 
 /// The part of a run, after the last change of its references, from which an outcome is guessed first.
@@ -73,10 +73,11 @@ pub fn beginning(scenario: &Scenario) -> Scenario {
 /// Outcomes of some scenarios, side by side if their structure allows it; `None` for one that cannot run.
 /// `rest` is called at each row of each run, and may let other work go first.
 pub fn outcomes(scenarios: Vec<Scenario>, rest: &dyn Fn()) -> Vec<Option<Outcome>> {
-    let prepared: Vec<Option<Candidate>> =
-        scenarios.into_iter().map(|scenario| Candidate::new(scenario).ok()).collect();
-    let candidates: Vec<Candidate> = prepared.iter().flatten().cloned().collect();
+    let prepared: Vec<Option<PreparedRun>> =
+        scenarios.into_iter().map(|scenario| PreparedRun::new(scenario).ok()).collect();
+    let candidates: Vec<PreparedRun> = prepared.iter().flatten().cloned().collect();
     let mut measured = measure_resting(&candidates, 0, rest).into_iter();
-    let mut outcome = |_: &Candidate| measured.next().and_then(Result::ok).map(|found| found.summary.outcome);
+    let mut outcome =
+        |_: &PreparedRun| measured.next().and_then(Result::ok).map(|found| found.summary.outcome);
     prepared.iter().map(|candidate| candidate.as_ref().and_then(&mut outcome)).collect()
 }

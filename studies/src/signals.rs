@@ -59,7 +59,8 @@ fn unknown(text: &str, what: &str, known: &[String]) -> Refusal {
     let near = nearest(text, names()).map_or_else(String::new, |near| format!("did you mean `{near}`? "));
     // The whole list, since each name shows its element.
     let all = names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    let there = if known.is_empty() { "there is none".to_owned() } else { format!("there is {all}") };
+    let there =
+        if known.is_empty() { "add one to the machine first".to_owned() } else { format!("there is {all}") };
     Refusal::new(format!("the machine has no {what} `{text}`"), format!("{near}{there}"))
 }
 

@@ -3,12 +3,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use feeler_analysis::{gain, leading_gain};
 use feeler_diagnosis::difference::Difference;
-use feeler_engine::Program;
 use feeler_files::{Document, Draft};
 use feeler_studies::doubts;
-use feeler_studies::tune::{Spec, Uncertain, machines, tune};
+use feeler_studies::tune::{Spec, Uncertain, further, machines, tune};
 use serde_json::Value;
 
 use super::why::{kept, next, write_set};
@@ -52,31 +50,9 @@ pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
         return terminal::print(&terminal::json(&tuned)?);
     }
     let machine = &document.scenario.machine;
-    let further = further(&document, &spec, &tuned.controller);
+    let further = further(&document.scenario, &spec, &tuned.controller);
     let said = summary(&machine.name, &tuned, &uncertain, Units::of(machine), further.as_deref());
     terminal::print(&format!("{said}{written}"))
-}
-
-/// Further numbers that a specification could tune, if it names none.
-fn further(document: &Document, spec: &Spec, controller: &str) -> Option<String> {
-    if spec.gains.is_some() || !spec.parts.is_empty() {
-        return None;
-    }
-    let law = &document.scenario.controllers.get(controller)?.spec;
-    let is_undamped = gain(law, "damping").is_ok_and(|damping| damping == 0.0);
-    let damped = leading_gain(law).filter(|_| is_undamped && reads_motion(document, controller));
-    let damped = damped.map_or_else(String::new, |leading| format!("\"gains = {leading}+damping\" or "));
-    // Only force laws have a lead.
-    let part = if law.law.name() == "explicit-force" { "lead" } else { "filter" };
-    Some(format!("more bandwidth may come from --spec {damped}\"structure = gains+{part}\""))
-}
-
-/// Whether a controller knows the motion of its drive, as damping needs.
-fn reads_motion(document: &Document, controller: &str) -> bool {
-    let program = Program::new(&document.scenario);
-    program.is_ok_and(|program| {
-        program.loops().any(|wiring| wiring.name == controller && wiring.motion.is_some())
-    })
 }
 
 /// Results of a diagnosis.

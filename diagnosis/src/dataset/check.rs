@@ -7,7 +7,7 @@ use feeler_plant::description::{Engagement, Quantity};
 use feeler_plant::names::nearest;
 
 use super::bridge::{FIRST_LOST, Lost, empty_cells};
-use super::data::{Channel, Dataset, Record, Table};
+use super::data::{Channel, Dataset, FileRows, Record};
 use super::fault::{Fault, FaultKind};
 use super::quantum::{Grain, grain, quantum};
 use super::regrid::{Between, far_from_rows, regrid};
@@ -33,7 +33,11 @@ const WEAK_RATIO: f64 = 3.0;
 const BELOW_NOISE: f64 = 0.8;
 
 /// Converts tables to records, and returns all faults.
-pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables: Vec<Table>) -> Vec<Fault> {
+pub(super) fn assemble(
+    dataset: &mut Dataset,
+    experiments: &[Experiment],
+    tables: Vec<FileRows>,
+) -> Vec<Fault> {
     let mut faults = Vec::new();
     let grains: Vec<Grain> = dataset
         .channels
@@ -95,7 +99,7 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// The series of a table; `None` if a recorded fault makes it useless.
-    fn series(&self, table: &Table, note: &mut Note<'_>) -> Option<Series> {
+    fn series(&self, table: &FileRows, note: &mut Note<'_>) -> Option<Series> {
         let names: Vec<&str> = (self.dataset.drives.iter().map(|driven| driven.column.as_str()))
             .chain(self.dataset.channels.iter().map(|channel| channel.column.as_str()))
             .collect();
@@ -340,7 +344,7 @@ fn time_faults(time: &[f64], first_row: usize, note: &mut impl FnMut(Option<usiz
 }
 
 /// The readings of a channel in every experiment, without interpolated values.
-fn readings<'a>(channel: &'a Channel, tables: &'a [Table]) -> impl Iterator<Item = Vec<f64>> + 'a {
+fn readings<'a>(channel: &'a Channel, tables: &'a [FileRows]) -> impl Iterator<Item = Vec<f64>> + 'a {
     tables.iter().filter_map(|table| {
         let column = table.header.iter().position(|header| *header == channel.column)?;
         let values = &table.columns[column];

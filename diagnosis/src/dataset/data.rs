@@ -287,7 +287,7 @@ impl Dataset {
 
 /// Numbers of a file as read: header and columns.
 #[derive(Clone, Debug)]
-pub(crate) struct Table {
+pub(crate) struct FileRows {
     pub(crate) file: PathBuf,
     /// The clock, the columns of the dataset, then the unused columns.
     pub(crate) header: Vec<String>,

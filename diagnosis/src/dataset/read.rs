@@ -6,14 +6,14 @@ use feeler_files::{ColumnSpec, DatasetFile, LogClock};
 use feeler_logs::{ClockUnit, LogError, Pick, Run, on_one_grid, read_file};
 use indexmap::IndexMap;
 
-use super::data::Table;
+use super::data::FileRows;
 use crate::error::DiagnosisError;
 
 /// Name of the time column if the file states only a rate.
 const TIME: &str = "t_s";
 
 /// Reads the columns of a dataset from a file; `held` names those that hold their value between readings.
-pub(super) fn table(dataset: &DatasetFile, path: &Path, held: &[&str]) -> Result<Table, DiagnosisError> {
+pub(super) fn table(dataset: &DatasetFile, path: &Path, held: &[&str]) -> Result<FileRows, DiagnosisError> {
     let mut runs = read_file(path, dataset.clock.map(unit_of))?;
     if runs.len() > 1 {
         return Err(DiagnosisError::Unreadable {
@@ -37,7 +37,7 @@ pub(super) fn table(dataset: &DatasetFile, path: &Path, held: &[&str]) -> Result
         .map(|(name, _, inside)| Pick { name: inside, is_held: held.contains(&name.as_str()) })
         .collect();
     let series = on_one_grid(path, &run, &picks)?;
-    let mut table = Table {
+    let mut table = FileRows {
         file: path.to_owned(),
         header: vec![series.clock],
         columns: vec![series.times_s],

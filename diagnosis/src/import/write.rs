@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use feeler_files::{ColumnSpec, dataset_keys as keys};
 use feeler_logs::{Pick, Run, Series, Table, on_one_grid};
 use feeler_problem::short;
 
@@ -372,7 +373,11 @@ impl Joint {
             "# Written by `feeler import`. Remarks give the reason of each guess. Change what is wrong,\n\
              # then run `feeler check`.\n",
         );
-        let _ = writeln!(text, "name = {:?}\nmachine = \"machine.toml\"", file_name(&self.name));
+        let _ = writeln!(text, "{} = {:?}", keys::NAME.name, file_name(&self.name));
+        let _ = writeln!(text, "{} = \"machine.toml\"", keys::MACHINE.name);
+        let column = |name: &str, signal: &str| {
+            format!("[{}.{name}]\n{} = \"{signal}\"", keys::COLUMNS, keys::SIGNAL.name)
+        };
         for (role, chosen) in self.columns() {
             let name = role.noun();
             let Some(signal) = first.signal(role) else {
@@ -385,21 +390,24 @@ impl Joint {
                 continue;
             };
             let _ = writeln!(text, "\n# {}: {}", one_line(&chosen.column), one_line(&chosen.why));
-            let _ = writeln!(text, "[columns.{name}]\nsignal = \"{signal}\"");
+            let _ = writeln!(text, "{}", column(name, signal));
             if let Some((unit, why)) = &chosen.unit {
                 let _ = match unit {
                     UnitGuess::Symbol(symbol) if unit.is_of_the_signal() => {
-                        writeln!(text, "unit = \"{symbol}\" # guess: {}", one_line(why))
+                        writeln!(text, "{} = \"{symbol}\" # guess: {}", keys::UNIT.name, one_line(why))
                     }
-                    _ => writeln!(text, "scale = {:?} # guess: {}", unit.in_si(), one_line(why)),
+                    _ => {
+                        let scale = ColumnSpec::SCALE.key.name;
+                        writeln!(text, "{scale} = {:?} # guess: {}", unit.in_si(), one_line(why))
+                    }
                 };
             }
         }
         if let Some(signal) = self.arm.as_ref().and(first.load.as_ref()) {
             let _ = writeln!(
                 text,
-                "\n# The load of the weight and of the other joints' motion, from the model's masses.\n\
-                 [columns.{LOAD}]\nsignal = \"{signal}\""
+                "\n# The load of the weight and of the other joints' motion, from the model's masses.\n{}",
+                column(LOAD, signal)
             );
         }
         if let Some(follow) = self.guess.follow {
@@ -411,7 +419,7 @@ impl Joint {
             );
         }
         for name in &self.experiments {
-            let _ = writeln!(text, "\n[[experiments]]\nfile = {name:?}");
+            let _ = writeln!(text, "\n[[{}]]\n{} = {name:?}", keys::EXPERIMENTS, keys::FILE.name);
         }
         text
     }

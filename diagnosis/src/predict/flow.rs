@@ -39,7 +39,7 @@ pub(super) struct Flows {
     /// Spacing of rows, s, and number of guard evaluations in a row.
     spacing_s: f64,
     checks: usize,
-    met: Vec<Flow>,
+    met: Vec<ModeFlow>,
 }
 
 impl Flows {
@@ -53,7 +53,7 @@ impl Flows {
         if let Some(i) = self.met.iter().position(|flow| flow.equations.mode == mode) {
             return i;
         }
-        self.met.push(Flow::new(motion, mode, &self.channels, self.spacing_s, self.checks));
+        self.met.push(ModeFlow::new(motion, mode, &self.channels, self.spacing_s, self.checks));
         self.met.len() - 1
     }
 }
@@ -71,23 +71,23 @@ impl ModeTable for Flows {
 }
 
 impl Index<usize> for Flows {
-    type Output = Flow;
+    type Output = ModeFlow;
 
     #[inline]
-    fn index(&self, index: usize) -> &Flow {
+    fn index(&self, index: usize) -> &ModeFlow {
         &self.met[index]
     }
 }
 
 impl IndexMut<usize> for Flows {
     #[inline]
-    fn index_mut(&mut self, index: usize) -> &mut Flow {
+    fn index_mut(&mut self, index: usize) -> &mut ModeFlow {
         &mut self.met[index]
     }
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct Flow {
+pub(super) struct ModeFlow {
     pub(super) equations: Equations,
     pub(super) linear: bool,
     states: usize,
@@ -116,7 +116,7 @@ pub(super) struct Flow {
     look_s: Option<f64>,
 }
 
-impl Flow {
+impl ModeFlow {
     fn new(motion: &Motion, mode: Mode, channels: &[Source], longest_s: f64, checks: usize) -> Self {
         let equations = motion.equations(mode);
         let layout = motion.layout();

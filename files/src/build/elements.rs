@@ -49,7 +49,8 @@ impl Builder<'_> {
                 let written = item.table.get(key).filter(|entry| Some(entry.node.origin.source) == here);
                 if let Some(entry) = written.filter(|_| field.number(&spring) != Some(0.0)) {
                     let message = format!("a rigid joint has no {key}");
-                    let remedy = "remove it, or leave out `rigid` to have a spring";
+                    let remedy =
+                        format!("remove it, or leave out `{}` to have a spring", Spring::RIGID.key.name);
                     self.problems.add(&entry.node.origin, item.key(key), message, remedy);
                 }
                 field.set_number(&mut spring, 0.0);

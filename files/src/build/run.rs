@@ -66,8 +66,10 @@ impl Builder<'_> {
         if let (Integrator::External, Some(entry)) =
             (run.integrator, written(table, &RunSettings::INTEGRATOR))
         {
-            let message =
-                "with `run.engine = \"rapier\"` Rapier steps the bodies, and no integrator is chosen";
+            let message = format!(
+                "with `{} = \"rapier\"` Rapier steps the bodies, and no integrator is chosen",
+                RunSettings::key(&RunSettings::ENGINE)
+            );
             self.problems.add(
                 &entry.node.origin,
                 RunSettings::key(&RunSettings::INTEGRATOR),
@@ -101,7 +103,8 @@ impl Builder<'_> {
         let key = RunSettings::key(&RunSettings::RECORD);
         if items.is_empty() {
             let message = "no signal is named: the record would hold times alone";
-            let remedy = "name signals, as in \"tool.force\", or leave `record` out";
+            let record = RunSettings::RECORD.key.name;
+            let remedy = format!("name signals, as in \"tool.force\", or leave `{record}` out");
             self.problems.add(&entry.node.origin, key.as_str(), message, remedy);
         }
         let mut seen = HashSet::new();
@@ -157,6 +160,7 @@ impl Builder<'_> {
             );
         }
         let rate = run.record_rate_hz.unwrap_or(1.0 / run.step_s);
+        let rate_key = RunSettings::RECORD_RATE.key.name;
         let rows = duration * rate;
         let signals = run.record.len();
         let values = rows * signals as f64;
@@ -173,7 +177,7 @@ impl Builder<'_> {
                 place(&field),
                 RunSettings::key(&field),
                 message,
-                "lower `record_rate`, record fewer signals, or shorten the run",
+                format!("lower `{rate_key}`, record fewer signals, or shorten the run"),
             );
         }
         if rate > MOST_RATE_HZ {
@@ -186,7 +190,7 @@ impl Builder<'_> {
                 place(&field),
                 RunSettings::key(&field),
                 message,
-                "lower `record_rate`; a number without a unit is in hertz",
+                format!("lower `{rate_key}`; a number without a unit is in hertz"),
             );
         }
         if rows < 1.0 {
@@ -197,7 +201,7 @@ impl Builder<'_> {
                 place(&field),
                 RunSettings::key(&field),
                 message,
-                "raise `record_rate`, or lengthen the run",
+                format!("raise `{rate_key}`, or lengthen the run"),
             );
         }
     }
@@ -215,8 +219,10 @@ impl Builder<'_> {
                     compact(step_s),
                 );
                 let remedy = format!(
-                    "shorten `run.step` to {:.3e} s or less, or leave `run.engine` out",
-                    step_s * LARGEST_TURN / turn
+                    "shorten `{}` to {:.3e} s or less, or leave `{}` out",
+                    RunSettings::key(&RunSettings::STEP),
+                    step_s * LARGEST_TURN / turn,
+                    RunSettings::key(&RunSettings::ENGINE)
                 );
                 let at = locate(&self.draft.root, &key).0.unwrap_or(self.draft.top());
                 self.problems.add(&at, key, message, remedy);

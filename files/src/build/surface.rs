@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use feeler_catalogue::{Contents, Key, Keyed};
+use feeler_catalogue::{Contents, Key, Keyed, LAW};
 use feeler_geometry::{Feed, GeometryError, Material, Placement, Shape, hertz_stiffness};
 use feeler_plant::description::{Contact, ContactLaw, Elements, Engagement, Knot, Machine, Profile};
 use feeler_problem::{Problem, Remedy};
@@ -38,7 +38,7 @@ impl Builder<'_> {
         let (key, found) = match (surface, profile) {
             (Some(_), _) if self.rotational() => {
                 let message = "shapes touch along a line, and this axis is rotational";
-                let remedy = "write the gap out as `profile`";
+                let remedy = format!("write the gap out as `{}`", PROFILE.name);
                 self.problems.add(item.place(SURFACE.name), item.key(SURFACE.name), message, remedy);
                 return None;
             }
@@ -67,9 +67,13 @@ impl Builder<'_> {
             [TIP, WORKPIECE].map(|key| fields.table(&SURFACE).and_then(|surface| surface.table(&key)));
         let materials = parts.map(|part| part.and_then(|part| part.value::<Material>(&MATERIAL)));
         let ([Some(tip), Some(workpiece)], ContactLaw::Hertz) = (materials, law) else {
-            let remedy = "add `stiffness = \"... N/m\"`: k; or `law = \"hertz\"` and a `material` of tip \
-                          and workpiece in `surface`";
-            self.problems.add(item.at, item.key(stiffness), "`stiffness` is missing", remedy);
+            let message = format!("`{stiffness}` is missing");
+            let remedy = format!(
+                "add `{stiffness} = \"... N/m\"`: k; or `{LAW} = \"hertz\"` and a `{}` of tip and workpiece \
+                 in `{}`",
+                MATERIAL.name, SURFACE.name
+            );
+            self.problems.add(item.at, item.key(stiffness), message, remedy);
             return None;
         };
         let radii = parts.map(|part| match Shape::read(part?) {
@@ -85,7 +89,7 @@ impl Builder<'_> {
             _ => {
                 let message = "these two shapes do not touch in a point of one curvature, so that Hertz's \
                                law for balls does not hold";
-                let remedy = "write `stiffness`, or give one of them the shape of a ball";
+                let remedy = format!("write `{stiffness}`, or give one of them the shape of a ball");
                 self.problems.add(item.at, item.key(stiffness), message, remedy);
                 None
             }

@@ -8,15 +8,17 @@ use feeler_catalogue::{
 };
 use feeler_plant::description::{Engagement, SignalName};
 
-pub(crate) const NAME: Key = optional("name", KeyKind::Text, "short name; the folder's if absent");
+/// The key of its name.
+pub const NAME: Key = optional("name", KeyKind::Text, "short name; the folder's if absent");
 pub(crate) const ABOUT: Key = optional("about", KeyKind::Text, "what was measured");
-pub(crate) const MACHINE: Key =
+/// The key of the machine's file.
+pub const MACHINE: Key =
     required("machine", KeyKind::Text, "the file of the believed machine, relative to this one");
 
 /// The table of the columns.
-pub(crate) const COLUMNS: &str = "columns";
+pub const COLUMNS: &str = "columns";
 /// The list of the experiments.
-pub(crate) const EXPERIMENTS: &str = "experiments";
+pub const EXPERIMENTS: &str = "experiments";
 
 /// The top of a dataset file; `[columns.*]` and `[[experiments]]` are tables of their own.
 pub(crate) static DATASET: Keys = Keys { keys: &[NAME, ABOUT, MACHINE, CLOCK, RATE], choice: None };
@@ -110,11 +112,18 @@ words!(ExperimentRole {
 });
 
 /// The key of a column's signal.
-pub(crate) const SIGNAL: Key = required("signal", KeyKind::Signal, "its signal in the machine");
+pub const SIGNAL: Key = required("signal", KeyKind::Signal, "its signal in the machine");
 
 /// The key of the unit of a column's numbers.
-pub(crate) const UNIT: Key =
+pub const UNIT: Key =
     optional("unit", KeyKind::Text, "unit of the numbers in the file; if absent, the SI unit of the signal");
+
+impl ColumnSpec {
+    /// The key of the factor on its numbers.
+    pub const SCALE: Field<Self> = field!(ColumnSpec: scale,
+        number("scale", Unit::Of(Dimension::NONE), Bound::Any, 1.0,
+            "factor on the numbers in the file, as for counts or a sign"));
+}
 
 /// All keys except signal and unit, on which these keys depend.
 impl Keyed for ColumnSpec {
@@ -137,9 +146,7 @@ impl Keyed for ColumnSpec {
         field!(ColumnSpec: number,
             optional("column", KeyKind::Count(1, 1_000_000),
                 "its number in the file, from 1, in place of its name")),
-        field!(ColumnSpec: scale,
-            number("scale", Unit::Of(Dimension::NONE), Bound::Any, 1.0,
-                "factor on the numbers in the file, as for counts or a sign")),
+        ColumnSpec::SCALE,
         field!(ColumnSpec: offset,
             number("offset", Unit::Signal, Bound::Any, 0.0, "added to them after the factor")),
     ];
@@ -150,7 +157,7 @@ pub(crate) static COLUMN: Keys =
     Keys { keys: joined!(&[SIGNAL, UNIT] as &[Key], keys!(ColumnSpec::FIELDS)), choice: None };
 
 /// The key of an experiment's file.
-pub(crate) const FILE: Key = required(
+pub const FILE: Key = required(
     "file",
     KeyKind::Text,
     "a log, relative to this file: CSV, MCAP, ROS 2 bag, Parquet, npz or npy",

@@ -7,7 +7,7 @@ use feeler_plant::effects::HostKind;
 pub(crate) mod arm;
 pub(crate) mod cell;
 mod controllers;
-pub(crate) mod dataset;
+pub mod dataset;
 mod machine;
 pub(crate) mod surface;
 pub(crate) mod sweep;
@@ -71,15 +71,20 @@ pub(crate) const EFFECTS: &str = "effects";
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
     use std::fs;
     use std::path::Path;
 
     use feeler_control::ControllerSpec;
     use feeler_control::reference::{FOLLOWED, REFERENCE};
+    use feeler_plant::description::GROUND;
 
     use super::arm::JOINTS;
     use super::*;
 
+    /// Words between back-ticks that are no keys: a value of an argument, clauses of a specification, a
+    /// column, a unit, and a field of results.
+    const OTHER_WORDS: [&str; 6] = ["none", "gains", "overshoot", "load", "raw", EFFECTS];
     const NOT_PRODUCT: [&str; 5] = ["target", "tests", "benches", "blind", ".git"];
 
     /// Passes every source file of product code below a folder, without its tests.
@@ -91,7 +96,9 @@ mod tests {
                 }
             } else if path.extension().is_some_and(|extension| extension == "rs") {
                 let text = fs::read_to_string(&path).unwrap();
-                take(&path, text.split("#[cfg(test)]\nmod").next().unwrap_or_default());
+                let (before, rest) = text.split_once("\nmod tests {").unwrap_or((&text, ""));
+                let after = rest.split_once("\n}\n").map_or("", |(_, after)| after);
+                take(&path, &format!("{before}\n{after}"));
             }
         }
     }
@@ -136,6 +143,64 @@ mod tests {
             }
         });
         assert!(count > 30, "only {count} keys were found");
+        assert_eq!(unknown, Vec::<String>::new());
+    }
+
+    /// Adds the names of a table's keys, and the words that stand for their values.
+    fn add_names(shape: &Keys, found: &mut HashSet<&'static str>) {
+        let variants = shape.choice.iter().flat_map(|choice| choice.variants);
+        found
+            .extend(variants.map(|variant| variant.name).chain(shape.choice.iter().map(|choice| choice.key)));
+        for key in shape.all_keys() {
+            found.insert(key.name);
+            match key.kind {
+                KeyKind::Word(words) => found.extend(words.iter().map(|word| word.name)),
+                KeyKind::WordOrTable(words, inner) => {
+                    found.extend(words.iter().map(|word| word.name));
+                    add_names(inner, found);
+                }
+                KeyKind::Table(inner) | KeyKind::QuantityOrTable(_, _, inner) | KeyKind::Reference(inner) => {
+                    add_names(inner, found);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The words between back-ticks of a text: keys, alone or with a value as in `law = "hertz"`.
+    fn quoted(text: &str) -> impl Iterator<Item = &str> {
+        let is_name = |name: &&str| {
+            !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c == '_') && *name != "_"
+        };
+        let words = text.split('`').skip(1).step_by(2);
+        words.map(|word| word.split_once(" = ").map_or(word, |(key, _)| key)).filter(is_name)
+    }
+
+    #[test]
+    fn truth_a_key_between_back_ticks_is_declared() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        let elements = ELEMENTS.iter().map(|element| &element.shape);
+        let tables = [&RUN, &ARM, &JOINT, &DATASET, &COLUMN, &EXPERIMENT, &SWEEP, &AXIS, &KEEP, &REFINE];
+        let mut known: HashSet<&str> = TOP.iter().map(|key| key.name).chain([GROUND]).collect();
+        for shape in elements.chain(tables).chain([&CELL, &START, &HOLD, &PLACED]) {
+            add_names(shape, &mut known);
+        }
+        // Other formats, formulas of effects, arguments of commands and the manual have words of their own.
+        let others =
+            ["logs/src", "sim/arm/src", "sim/plant/src/effects", "cli/src/arguments", "files/src/reference"];
+        let (mut count, mut unknown) = (0, Vec::new());
+        sources(root, &mut |path, text| {
+            if others.iter().any(|folder| path.with_extension("").starts_with(root.join(folder))) {
+                return;
+            }
+            for word in literals(text).into_iter().flat_map(quoted) {
+                count += 1;
+                if !known.contains(word) && !OTHER_WORDS.contains(&word) {
+                    unknown.push(format!("{}: {word}", path.display()));
+                }
+            }
+        });
+        assert!(count > 50, "only {count} words were found");
         assert_eq!(unknown, Vec::<String>::new());
     }
 

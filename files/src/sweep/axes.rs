@@ -129,8 +129,10 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
     if let Some((written, 1)) = table.get(POINTS.name).zip(fields.value::<u64>(&POINTS))
         && (to - from).abs() > 0.0
     {
-        let remedy =
-            format!("write `points = 2` or more, or a list of the value that is meant, as in [{from}]");
+        let remedy = format!(
+            "write `{} = 2` or more, or a list of the value that is meant, as in [{from}]",
+            POINTS.name
+        );
         reader.problems.add(
             &written.node.origin,
             join(&path, POINTS.name),

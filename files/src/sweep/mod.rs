@@ -17,7 +17,7 @@ pub(crate) use unit::unit_of_key;
 use super::draft::{Sheet, load};
 use super::keys::cell::ARM_FILE;
 use super::keys::sweep::{
-    ABOUT, AXES, KEEP_TABLE, Keep, NAME, REFINE_TABLE, SAMPLES, SAMPLING, SCENARIO, SEED, Sampling,
+    ABOUT, AXES, KEEP_TABLE, Keep, NAME, POINTS, REFINE_TABLE, SAMPLES, SAMPLING, SCENARIO, SEED, Sampling,
 };
 use super::keys::{KEEP, REFINE, SWEEP};
 use super::problem::{FormatError, Problems};
@@ -157,8 +157,11 @@ impl SweepFile {
                     AXES,
                     &message,
                     &format!(
-                        "write {{ {way} = [from, to] }} without `points`, or `sampling = \"grid\"` without \
-                         `samples`"
+                        "write {{ {way} = [from, to] }} without `{}`, or `{} = \"{}\"` without `{}`",
+                        POINTS.name,
+                        SAMPLING.name,
+                        Sampling::Grid.name(),
+                        SAMPLES.name
                     ),
                 );
             }

@@ -12,6 +12,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
+use super::messages;
+
 type Names = BTreeSet<String>;
 
 /// Folders of the computing crates: all except the command line, the benchmarks and the examples.
@@ -116,7 +118,7 @@ fn dependencies(package: &Value) -> Vec<&str> {
     all.filter(|d| d["kind"].is_null()).map(|d| d["name"].as_str().unwrap()).collect()
 }
 
-/// Rust files below a folder, each with its text up to its tests.
+/// Rust files below a folder, each with its text without its tests.
 fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
@@ -125,8 +127,8 @@ fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
             found.extend(sources(&path));
         } else if path.extension().is_some_and(|extension| extension == "rs") {
             let text = fs::read_to_string(&path).unwrap();
-            let end = text.find("#[cfg(test)]\nmod").unwrap_or(text.len());
-            found.push((path, text[..end].to_owned()));
+            let lines: Vec<&str> = messages::product(&text).map(|(_, line)| line).collect();
+            found.push((path, lines.join("\n")));
         }
     }
     found
@@ -192,6 +194,14 @@ fn truth_the_integration_tests_of_a_crate_are_one_program() {
         let programs = targets.filter(|target| target["kind"][0] == "test").count();
         assert!(programs <= 1, "`{name}` has {programs} programs of tests; make them modules of one");
     }
+}
+
+#[test]
+fn truth_the_library_has_every_crate_below_it() {
+    let text = fs::read_to_string(root().join("library/src/lib.rs")).unwrap();
+    let parts = text.lines().filter_map(|line| line.strip_prefix("pub use feeler_")?.split_once(" as "));
+    let parts: Names = parts.map(|(name, _)| name.to_owned()).collect();
+    assert_eq!(parts, allowed()["library"]);
 }
 
 #[test]

@@ -8,8 +8,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Code patterns that inspect a message.
-const LOOKS: [&str; 12] = [
+/// Code patterns that inspect a message, or take the key of a problem apart.
+const LOOKS: [&str; 14] = [
     "split_once(\"; \")",
     "split(\"; \")",
     "to_string().contains(",
@@ -22,6 +22,8 @@ const LOOKS: [&str; 12] = [
     "why.contains(",
     "what.starts_with(",
     "remedy.contains(",
+    ".key.find(",
+    ".key.split",
 ];
 
 /// Permitted exceptions: the TOML parser gives its errors only as text.
@@ -41,7 +43,7 @@ fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
 }
 
 /// Lines of product code. Tests, which may inspect messages, are the module `tests` up to its closing brace.
-fn product(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub(crate) fn product(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut is_test = false;
     text.lines().enumerate().filter(move |(_, line)| {
         is_test |= *line == "mod tests {";

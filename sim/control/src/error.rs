@@ -25,14 +25,16 @@ pub enum ControlError {
     /// Variants that run side by side must be sampled at the same instants.
     #[error("lane {lane} is sampled at different instants from lane 0")]
     TimingDiffers { lane: usize },
-    #[error("`approach` waits for a force, and the position law reads a position")]
+    #[error("`{}` waits for a force, and the position law reads a position", APPROACH)]
     ApproachNeedsForce,
     #[error("the drive of the approach moves a mass of {value} kg")]
     ApproachMass { value: f64 },
-    #[error("an admittance needs a virtual `{mass}` or a virtual `damping` above zero")]
+    #[error("an admittance needs a virtual `{mass}` or a virtual `{damping}` above zero")]
     AdmittanceWithoutMassOrDamping {
         /// The key of the virtual mass.
         mass: &'static str,
+        /// That of the virtual damping.
+        damping: &'static str,
     },
     #[error("a reference of kind `{kind}` needs at least one point")]
     EmptyReference { kind: &'static str },
@@ -60,11 +62,13 @@ impl Remedy for ControlError {
                 "give variants that run side by side the same `period`, `offset` and `jitter`".into()
             }
             Self::ApproachNeedsForce => {
-                "use a force, impedance or admittance law, or leave `approach` out".into()
+                format!("use a force, impedance or admittance law, or leave `{APPROACH}` out").into()
             }
-            Self::ApproachMass { .. } => "let it drive a body that can move, or leave `approach` out".into(),
-            Self::AdmittanceWithoutMassOrDamping { mass } => {
-                format!("write a `{mass}` or a `damping` above zero").into()
+            Self::ApproachMass { .. } => {
+                format!("let it drive a body that can move, or leave `{APPROACH}` out").into()
+            }
+            Self::AdmittanceWithoutMassOrDamping { mass, damping } => {
+                format!("write a `{mass}` or a `{damping}` above zero").into()
             }
             Self::EmptyReference { .. } => "give it at least one point".into(),
             Self::TimesNotIncreasing { .. } => "sort the points by time, and write each time once".into(),
@@ -78,7 +82,7 @@ impl Remedy for ControlError {
         match self {
             Self::OutOfRange { key, .. } | Self::TooLarge { key, .. } => key.clone(),
             Self::ApproachNeedsForce | Self::ApproachMass { .. } => APPROACH.into(),
-            Self::AdmittanceWithoutMassOrDamping { mass } => (*mass).into(),
+            Self::AdmittanceWithoutMassOrDamping { mass, .. } => (*mass).into(),
             Self::EmptyReference { .. }
             | Self::TimesNotIncreasing { .. }
             | Self::TableLengths { .. }
@@ -138,7 +142,7 @@ mod tests {
             ControlError::TimingDiffers { lane: 1 },
             ControlError::ApproachNeedsForce,
             ControlError::ApproachMass { value: 0.0 },
-            ControlError::AdmittanceWithoutMassOrDamping { mass: "mass" },
+            ControlError::AdmittanceWithoutMassOrDamping { mass: "mass", damping: "damping" },
             ControlError::EmptyReference { kind: "steps" },
             ControlError::TimesNotIncreasing { index: 1, time_s: 0.5, previous_s: 1.0 },
             ControlError::TableLengths { times: 2, values: 3 },

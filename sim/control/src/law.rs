@@ -196,6 +196,9 @@ macro_rules! virtual_body {
 impl Law {
     /// The mass of an admittance's virtual body.
     pub const ADMITTANCE_MASS: Field<Self> = virtual_body!(mass, Dimension::MASS, 3, Other, "virtual mass");
+    /// Its damping.
+    pub const ADMITTANCE_DAMPING: Field<Self> =
+        virtual_body!(damping, Dimension::DAMPING, 4, Damping, "virtual damping");
 }
 
 const DERIVATIVE_FILTER: Key = number(
@@ -236,7 +239,7 @@ const IMPEDANCE: &[Field<Law>] = &[
 
 const ADMITTANCE: &[Field<Law>] = &[
     Law::ADMITTANCE_MASS,
-    virtual_body!(damping, Dimension::DAMPING, 4, Damping, "virtual damping"),
+    Law::ADMITTANCE_DAMPING,
     virtual_body!(stiffness, Dimension::STIFFNESS, 5, Other, "virtual stiffness"),
     gain!(Admittance.kp, PER_LENGTH, 0, Proportional, "inner loop, on position"),
     gain!(Admittance.kd, PER_VELOCITY, 1, Derivative, "inner loop, on velocity"),

@@ -83,8 +83,8 @@ impl ControllerSpec {
             }
         }
         if matches!(self.law, Law::Admittance(gains) if gains.mass == 0.0 && gains.damping == 0.0) {
-            let mass = Law::ADMITTANCE_MASS.key.name;
-            return Err(ControlError::AdmittanceWithoutMassOrDamping { mass });
+            let [mass, damping] = [Law::ADMITTANCE_MASS, Law::ADMITTANCE_DAMPING].map(|field| field.key.name);
+            return Err(ControlError::AdmittanceWithoutMassOrDamping { mass, damping });
         }
         Ok(())
     }

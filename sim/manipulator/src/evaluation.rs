@@ -10,8 +10,8 @@ use nalgebra::{DVector, Vector3};
 
 use crate::bodies::numbers;
 use crate::joint::JointPart;
-use crate::mode::{CellMode, Change, index_of};
-use crate::state::{Layout, filtered};
+use crate::mode::{CellMode, SwitchChange, index_of};
+use crate::state::{CellLayout, filtered};
 
 /// The whole arm and its workpiece.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ pub(crate) struct Plant {
     /// Additional distance of the surface beyond its shape, m.
     pub(crate) gap_m: f64,
     pub(crate) sensors: Vec<SensorPart>,
-    pub(crate) layout: Layout,
+    pub(crate) layout: CellLayout,
     /// From the tool into the workpiece.
     pub(crate) normal: Vector3<f64>,
 }
@@ -212,21 +212,21 @@ impl Plant {
         x: &DVector<f64>,
         mode: &CellMode,
         now: &Evaluation<'_>,
-    ) -> Vec<(Change, f64)> {
+    ) -> Vec<(SwitchChange, f64)> {
         let mut margins = Vec::with_capacity(1 + 3 * self.layout.joints);
         let contact = self.contact_rules(mode.contact, now);
-        margins.extend(contact.into_iter().map(|(left, to)| (Change::Contact(to), left)));
+        margins.extend(contact.into_iter().map(|(left, to)| (SwitchChange::Contact(to), left)));
         for (i, joint) in self.joints.iter().enumerate() {
             let sides = [StopSide::Lower, StopSide::Upper].into_iter().filter(|_| joint.gear.play > 0.0);
             for side in sides {
                 let [linear, law] = joint.pressed(self.twist(x, i), side);
                 let next = ContactState::after_flank(joint.gear.damping);
                 let rules = mode.flanks[i][index_of(side)].guards(&linear, || vec![(law, next)]);
-                margins.extend(rules.into_iter().map(|(left, to)| (Change::Flank(i, side, to), left)));
+                margins.extend(rules.into_iter().map(|(left, to)| (SwitchChange::Flank(i, side, to), left)));
             }
             if let Some(slide) = mode.slides[i] {
                 let rules = slide.guards(&self.layout.motor_speeds(x)[i], || joint.room(now.net[i]));
-                margins.extend(rules.into_iter().map(|(left, to)| (Change::Slide(i, to), left)));
+                margins.extend(rules.into_iter().map(|(left, to)| (SwitchChange::Slide(i, to), left)));
             }
         }
         margins
@@ -261,17 +261,19 @@ impl Plant {
     /// Applies a change of mode at a state; returns the old and new state of the switch.
     pub(crate) fn change(
         &self,
-        change: Change,
+        change: SwitchChange,
         x: &mut DVector<f64>,
         mode: &mut CellMode,
         net: &[f64],
     ) -> [SwitchState; 2] {
         match change {
-            Change::Contact(to) => [std::mem::replace(&mut mode.contact, to), to].map(SwitchState::from),
-            Change::Flank(i, side, to) => {
+            SwitchChange::Contact(to) => {
+                [std::mem::replace(&mut mode.contact, to), to].map(SwitchState::from)
+            }
+            SwitchChange::Flank(i, side, to) => {
                 [std::mem::replace(&mut mode.flanks[i][index_of(side)], to), to].map(SwitchState::from)
             }
-            Change::Slide(i, to) => {
+            SwitchChange::Slide(i, to) => {
                 x[2 * self.layout.joints + i] = 0.0;
                 let to = to.unwrap_or_else(|| FrictionState::after_rest(self.joints[i].room(net[i])));
                 [mode.slides[i].replace(to).unwrap_or_default(), to].map(SwitchState::from)

@@ -1,6 +1,7 @@
 //! The drive of a URDF's joint as elements of the plant, so that every effect has a single definition.
 
 use feeler_arm::JointDrive;
+use feeler_catalogue::Tabled;
 use feeler_plant::assembly::{Drive, Friction, Link, SensorPart, assemble};
 use feeler_plant::description::{
     Actuator, ActuatorKind, Axis, Body, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
@@ -224,8 +225,11 @@ fn machine(
 /// Converts the key of a mistake from an element to the joint: `springs.gear.effects.backlash` becomes
 /// `effects.backlash`.
 fn of_joint(problem: Problem) -> Problem {
-    let key =
-        problem.key.find("effects").map_or_else(|| problem.key.clone(), |at| problem.key[at..].to_owned());
+    let elements =
+        [Spring::place(GUIDE), Spring::place(GEAR), Actuator::place(DRIVE), Sensor::place(ENCODER)];
+    let of_element = |element: &String| problem.key.strip_prefix(element)?.strip_prefix('.');
+    let own = elements.iter().find_map(of_element).filter(|own| own.starts_with("effects"));
+    let key = own.unwrap_or(&problem.key).to_owned();
     Problem { key, ..problem }
 }
 
@@ -280,5 +284,14 @@ mod tests {
             JointPart::new("elbow", &drive(), false, &[EffectUse::of(AddedMass { mass: 1.0 })]).unwrap_err();
         assert_eq!(problems[0].key, "effects.added-mass");
         assert!(problems[0].remedy.contains("backlash"));
+    }
+
+    #[test]
+    fn truth_a_mistake_of_an_effect_has_its_place_in_the_joint() {
+        let wide = Backlash { width: -1.0, stiffness: 0.0, damping: 0.0 };
+        let problems = JointPart::new("elbow", &drive(), false, &[EffectUse::of(wide)]).unwrap_err();
+        assert_eq!(problems[0].key, "effects.backlash");
+        let other = Problem::new("sensors.effects.resolution", "", "");
+        assert_eq!(of_joint(other.clone()).key, other.key);
     }
 }

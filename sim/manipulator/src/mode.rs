@@ -32,7 +32,7 @@ impl CellMode {
 
 /// A switch, and its new state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Change {
+pub(crate) enum SwitchChange {
     /// The contact of tip and workpiece.
     Contact(ContactState),
     /// A flank of a gear.

@@ -5,7 +5,7 @@ use feeler_plant::assembly::Assembly;
 use feeler_plant::motion::{Switch, SwitchState};
 
 use crate::cell::Cell;
-use crate::mode::Change;
+use crate::mode::SwitchChange;
 
 /// Joint events that are kept.
 const MOST_EVENTS: usize = 1_000_000;
@@ -78,13 +78,15 @@ pub(crate) fn note_limits(record: &mut CellRecord, t_s: f64, before: &[i8], now:
 }
 
 /// Records a change of state as an event, if it is one.
-pub(crate) fn note(record: &mut CellRecord, t_s: f64, change: Change, [from, to]: [SwitchState; 2]) {
+pub(crate) fn note(record: &mut CellRecord, t_s: f64, change: SwitchChange, [from, to]: [SwitchState; 2]) {
     let Some(kind) = EventKind::of(Switch::Contact(0), from, to) else { return };
     match change {
-        Change::Contact(_) => {
+        SwitchChange::Contact(_) => {
             record.measures.events.push(Event { t_s, kind, switch: Switch::Contact(0) });
         }
-        Change::Flank(joint, ..) | Change::Slide(joint, _) if record.joint_events.len() < MOST_EVENTS => {
+        SwitchChange::Flank(joint, ..) | SwitchChange::Slide(joint, _)
+            if record.joint_events.len() < MOST_EVENTS =>
+        {
             record.joint_events.push(JointEvent { t_s, joint, what: kind.name() });
         }
         _ => {}

@@ -15,7 +15,7 @@ use crate::evaluation::Plant;
 use crate::mode::CellMode;
 use crate::record::{CellRecord, names, note, note_limits, put};
 use crate::sampling::{Control, Drives};
-use crate::state::{Layout, filtered};
+use crate::state::{CellLayout, filtered};
 use crate::stepping::{advance, settle};
 
 /// Step over the time in which the fastest mode turns by a radian or decays by 1/e.
@@ -83,7 +83,7 @@ impl CellSimulation {
         };
         let reduction = cell.reduction()?;
         let (seed, start) = (program.settings().seed, &cell.start);
-        let layout = Layout::new(&cell.joints, &assembly.sensors);
+        let layout = CellLayout::new(&cell.joints, &assembly.sensors);
         let plant = Plant {
             arm: cell.arm.clone(),
             joints: cell.joints.clone(),

@@ -9,7 +9,7 @@ use crate::joint::JointPart;
 /// Positions of the numbers in the state: motors, links, their speeds, lags of drives, heats of windings,
 /// filters of sensors.
 #[derive(Clone, Debug)]
-pub(crate) struct Layout {
+pub(crate) struct CellLayout {
     pub(crate) joints: usize,
     /// First lag of each drive.
     pub(crate) lags: Vec<usize>,
@@ -20,7 +20,7 @@ pub(crate) struct Layout {
     pub(crate) length: usize,
 }
 
-impl Layout {
+impl CellLayout {
     pub(crate) fn new(joints: &[JointPart], sensors: &[SensorPart]) -> Self {
         let n = joints.len();
         let mut next = 4 * n;

@@ -4,7 +4,7 @@ use feeler_plant::motion::SwitchState;
 use nalgebra::DVector;
 
 use crate::evaluation::Plant;
-use crate::mode::{CellMode, Change};
+use crate::mode::{CellMode, SwitchChange};
 
 /// Number of changes within one step after which the rest is taken in one piece, with the changes at its end.
 const MOST_CHANGES: usize = 32;
@@ -37,9 +37,9 @@ pub(crate) fn settle(
     x: &mut DVector<f64>,
     mode: &mut CellMode,
     inputs: &[f64],
-    mut changed: impl FnMut(Change, [SwitchState; 2]),
+    mut changed: impl FnMut(SwitchChange, [SwitchState; 2]),
 ) {
-    let mut taken: Vec<Change> = Vec::new();
+    let mut taken: Vec<SwitchChange> = Vec::new();
     loop {
         let now = plant.evaluate(x, mode, inputs);
         let left = plant
@@ -63,7 +63,7 @@ pub(crate) fn advance(
     h: f64,
     mode: &mut CellMode,
     inputs: &[f64],
-    mut changed: impl FnMut(f64, Change, [SwitchState; 2]),
+    mut changed: impl FnMut(f64, SwitchChange, [SwitchState; 2]),
 ) -> Option<()> {
     let mut left = h;
     for _ in 0..MOST_CHANGES {

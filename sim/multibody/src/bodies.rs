@@ -118,9 +118,11 @@ fn too_fast(speed: f64, step_s: f64) -> EngineError {
         (speed * step_s).abs()
     );
     let remedy = format!(
-        "shorten `run.step`, to {:.3e} s or less for this speed, or leave `run.engine` out: Feeler's own \
-         engine also tells whether the motion is unstable",
-        LARGEST_TURN / speed.abs()
+        "shorten `{}`, to {:.3e} s or less for this speed, or leave `{}` out: Feeler's own engine also \
+         tells whether the motion is unstable",
+        RunSettings::key(&RunSettings::STEP),
+        LARGEST_TURN / speed.abs(),
+        RunSettings::key(&RunSettings::ENGINE)
     );
     EngineError::Problems {
         problems: vec![Problem::new(RunSettings::key(&RunSettings::STEP), message, remedy)],

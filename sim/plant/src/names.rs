@@ -11,12 +11,12 @@ pub fn nearest<'a>(written: &str, candidates: impl IntoIterator<Item = &'a str>)
         .map(|(_, candidate)| candidate)
 }
 
-/// "did you mean `mass`?", or the choice if nothing is similar.
+/// "did you mean `mass`?", or the choice if nothing is similar; without a choice, what to do first.
 pub fn did_you_mean<'a>(written: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     match nearest(written, candidates.iter().copied()) {
         Some(near) => format!("did you mean `{near}`?"),
-        None if candidates.is_empty() => "there is none".into(),
+        None if candidates.is_empty() => "add one first".into(),
         None if candidates.len() == 1 => format!("there is only {}", list(candidates)),
         None => format!("there are {}", list(candidates)),
     }
@@ -54,6 +54,6 @@ mod tests {
         }
         assert_eq!(did_you_mean("gripper", names), "there are `motor`, `tip`, `base`");
         assert_eq!(did_you_mean("gripper", ["motor"]), "there is only `motor`");
-        assert_eq!(did_you_mean("gripper", []), "there is none");
+        assert_eq!(did_you_mean("gripper", []), "add one first");
     }
 }

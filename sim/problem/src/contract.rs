@@ -6,13 +6,14 @@ use std::mem::discriminant;
 use crate::remedy::Remedy;
 
 /// Remedies that name no action.
-const EMPTY_WORDS: [&str; 8] = [
+const EMPTY_WORDS: [&str; 9] = [
     "correct it",
     "fix it",
     "change it",
     "change the value",
     "check the input",
     "try again",
+    "there is none",
     "see the documentation",
     "this is a mistake of feeler itself",
 ];

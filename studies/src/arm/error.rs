@@ -39,8 +39,8 @@ impl Remedy for ArmFileError {
             Self::Format(error) => error.remedy(),
             Self::Analysis(error) => error.remedy(),
             Self::Extreme { .. } => {
-                "check `stiffness`, `damping`, `friction` and `rotor_inertia` of [joints], \
-                 --contact-stiffness and --contact-damping for extreme numbers"
+                "check `stiffness`, `damping`, `viscous_friction`, `dry_friction` and `rotor_inertia` of \
+                 [joints], --contact-stiffness and --contact-damping for extreme numbers"
                     .into()
             }
         }

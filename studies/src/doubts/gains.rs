@@ -1,7 +1,7 @@
 //! Gains and signs with which a loop cannot work, and drives that several controllers command.
 
 use feeler_analysis::{ControlLoop, gain, gain_names};
-use feeler_catalogue::{Field, GainPart, KeyRole, Tabled};
+use feeler_catalogue::{Field, GainPart, KeyRole, LAW, Tabled};
 use feeler_control::{Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, Scenario};
 use feeler_plant::assembly::Source;
@@ -19,28 +19,34 @@ pub(super) fn without_gains(scenario: &Scenario) -> Vec<Problem> {
     let of_controller = |(name, used): (&String, &ControllerUse)| {
         let law = &used.spec.law;
         let gains = law.gains();
-        let key = |part| law.gain(part).map_or("", |gain| gain.key.name);
+        let key = |part| law.gain(part).map(|gain| gain.key.name);
         let part = |gain: &&Field<Law>| match gain.role {
             KeyRole::Gain { part, .. } if gain.number(law) != Some(0.0) => Some(part),
             _ => None,
         };
         let acting: Vec<GainPart> = gains.iter().filter_map(part).collect();
-        let [kp, ki, damping, forward] =
-            [GainPart::Proportional, GainPart::Integral, GainPart::Damping, GainPart::Other].map(key);
+        let errors = || Some([key(GainPart::Proportional)?, key(GainPart::Integral)?]);
         let (doubt, remedy) = match (law, &acting[..]) {
             (Law::OpenLoop, _) => return None,
             (_, []) => (
                 format!("every gain of controller `{name}` is zero, so it never acts"),
                 format!("give it one of {}, or leave it out", gain_names(law).join(", ")),
             ),
-            (Law::ExplicitForce(_), [GainPart::Other]) => (
-                format!("controller `{name}` has only {forward}, so the force is not fed back"),
-                format!("give it {kp} or {ki}; law = \"open-loop\" says that no feedback is meant"),
-            ),
-            (Law::ExplicitForce(_), [GainPart::Damping]) => (
-                format!("controller `{name}` has only {damping}, so it follows no reference"),
-                format!("give it {kp}, {ki} or {forward}"),
-            ),
+            (Law::ExplicitForce(_), [GainPart::Other]) => {
+                let ([kp, ki], forward) = (errors()?, key(GainPart::Other)?);
+                (
+                    format!("controller `{name}` has only {forward}, so the force is not fed back"),
+                    format!("give it {kp} or {ki}; {LAW} = \"open-loop\" says that no feedback is meant"),
+                )
+            }
+            (Law::ExplicitForce(_), [GainPart::Damping]) => {
+                let ([kp, ki], damping, forward) =
+                    (errors()?, key(GainPart::Damping)?, key(GainPart::Other)?);
+                (
+                    format!("controller `{name}` has only {damping}, so it follows no reference"),
+                    format!("give it {kp}, {ki} or {forward}"),
+                )
+            }
             _ => return None,
         };
         Some(Problem::new(ControllerUse::place(name), doubt, remedy))

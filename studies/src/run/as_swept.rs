@@ -20,7 +20,7 @@ pub fn run_as_swept(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::{Candidate, Outcome};
+    use crate::run::{Outcome, PreparedRun};
     use feeler_files::{Document, Setting};
 
     /// An aperiodic motion, in which any difference would grow by orders of magnitude within the run, and one
@@ -36,7 +36,7 @@ mod tests {
             let settings =
                 [("controllers.force.kp", Setting::Number(kp)), ("run.duration", Setting::Number(duration))];
             let scenario = document.with(settings).unwrap().scenario;
-            let row = Candidate::new(scenario.clone()).unwrap().measure(0).unwrap().summary;
+            let row = PreparedRun::new(scenario.clone()).unwrap().measure(0).unwrap().summary;
             let run = run_as_swept(&scenario, &mut |_| {}).unwrap();
             assert_eq!(row.outcome == Outcome::Chatter, sustained, "{:?}", row.verdict);
             assert!(sustained || row.simulated_s > duration);

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::error::RunError;
 use super::record::event::EventRecord;
-use super::summary::{Finished, Summary};
+use super::summary::{FinishedRun, Summary};
 use super::{Progress, SLICES};
 use crate::run::measure::contact::{self, ContactRun};
 use crate::run::measure::force_loop::ForceLoop;
@@ -113,7 +113,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
     for (flag, limited) in limits.saturated.iter_mut().zip(record.column(LIMITED).unwrap_or_default()) {
         *flag |= *limited > 0.5;
     }
-    let summed = Finished {
+    let summed = FinishedRun {
         scenario,
         assembly: &assembly,
         record: &record,

@@ -69,13 +69,13 @@ pub use record::recording::controlled;
 pub use record::trace_file::{about_parquet, record_csv, write_csv, write_parquet};
 pub use summary::{ContactSummary, Summary};
 pub(crate) use variants::measure_resting;
-pub use variants::{Candidate, LANES, Measured, measure};
+pub use variants::{LANES, Measured, PreparedRun, measure};
 pub use verdict::{MOST_EXTENSION, Outcome, RunVerdict, Undecided};
 
 use measure::saturation::Limits;
 use measure::standing::Standing;
 use record::recording::{self, Recording};
-use summary::{Finished, SPECTRUM_ROWS};
+use summary::{FinishedRun, SPECTRUM_ROWS};
 
 /// Number of slices of a run, each followed by a progress report.
 const SLICES: usize = 200;
@@ -259,7 +259,7 @@ impl Judged {
         let force_loop = ForceLoop::find(scenario);
         let contacts = measure::contact::contacts(scenario, assembly, record, &ended.peaks, ended.end_s);
         let limits = Limits::of(scenario, assembly, record);
-        let finished = Finished {
+        let finished = FinishedRun {
             scenario,
             assembly,
             record,

@@ -106,7 +106,7 @@ pub struct ContactSummary {
 
 /// A finished run, for the summary.
 #[derive(Clone, Debug)]
-pub(super) struct Finished<'a> {
+pub(super) struct FinishedRun<'a> {
     pub(super) scenario: &'a Scenario,
     pub(super) assembly: &'a Assembly,
     pub(super) record: &'a Trace,
@@ -126,7 +126,7 @@ pub(super) struct Finished<'a> {
     pub(super) energy: Option<EnergyBalance>,
 }
 
-impl<'a> Finished<'a> {
+impl<'a> FinishedRun<'a> {
     pub(super) fn summary(&self) -> Summary {
         let main_contact = self.force_loop.map(|found| found.contact).or_else(|| self.hardest());
         let main = main_contact.map(|i| &self.contacts[i]);

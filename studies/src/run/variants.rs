@@ -20,7 +20,7 @@ const CHEAPER_ALONE: usize = 2;
 
 /// A variant prepared for measuring.
 #[derive(Clone, Debug)]
-pub struct Candidate {
+pub struct PreparedRun {
     scenario: Scenario,
     program: Program,
 }
@@ -40,7 +40,7 @@ pub struct Measured {
     pub strobe_n: Vec<f64>,
 }
 
-impl Candidate {
+impl PreparedRun {
     /// Checks and prepares a scenario.
     ///
     /// # Errors
@@ -125,13 +125,13 @@ impl Candidate {
 
 /// Measures variants, side by side if their structure allows it. Each gets the same numbers as alone, bit for
 /// bit, in the given order.
-pub fn measure(candidates: &[Candidate], tail: usize) -> Vec<Result<Measured, RunError>> {
+pub fn measure(candidates: &[PreparedRun], tail: usize) -> Vec<Result<Measured, RunError>> {
     measure_resting(candidates, tail, &|| {})
 }
 
 /// As [`measure`], calling `rest` at each row of each run.
 pub(crate) fn measure_resting(
-    candidates: &[Candidate],
+    candidates: &[PreparedRun],
     tail: usize,
     rest: Rest<'_>,
 ) -> Vec<Result<Measured, RunError>> {
@@ -160,7 +160,7 @@ pub(crate) fn measure_resting(
 }
 
 fn side_by_side(
-    block: &[&Candidate],
+    block: &[&PreparedRun],
     lanes: &mut Lanes<'_, Pack<LANES>>,
     tail: usize,
 ) -> Result<Vec<Measured>, RunError> {
@@ -172,7 +172,7 @@ fn side_by_side(
 
 /// Runs the lanes for their duration, and undecided ones for longer, by doubling.
 fn measure_lanes<L: Lane>(
-    block: &[&Candidate],
+    block: &[&PreparedRun],
     mut simulation: Simulation<L>,
     lanes: &mut Lanes<'_, L>,
     tail: usize,
@@ -222,15 +222,15 @@ mod tests {
     #[test]
     fn prop_variants_side_by_side_have_the_bits_they_have_alone() {
         let document = file("chatter/sustained.toml");
-        let mut candidates: Vec<Candidate> = (0..9)
+        let mut candidates: Vec<PreparedRun> = (0..9)
             .map(|i| {
                 let kp = 0.3 + 0.15 * f64::from(i);
                 let settings =
                     [("controllers.force.kp", Setting::Number(kp)), ("run.duration", Setting::Number(1.0))];
-                Candidate::new(document.with(settings).unwrap().scenario).unwrap()
+                PreparedRun::new(document.with(settings).unwrap().scenario).unwrap()
             })
             .collect();
-        candidates.insert(3, Candidate::new(file("chatter/stiction.toml").scenario).unwrap());
+        candidates.insert(3, PreparedRun::new(file("chatter/stiction.toml").scenario).unwrap());
         let together = measure(&candidates, 16);
         let mut sustained = 0;
         for (candidate, together) in candidates.iter().zip(together) {
@@ -255,7 +255,7 @@ mod tests {
         let document = file("paper/flexible-contact.toml").with(settings).unwrap();
         let short = crate::run::run(&document.scenario, &mut |_| {}).unwrap();
         assert_eq!(short.summary.verdict.undecided, Some(Undecided::StillGrowing));
-        let measured = Candidate::new(document.scenario).unwrap().measure(0).unwrap();
+        let measured = PreparedRun::new(document.scenario).unwrap().measure(0).unwrap();
         assert_eq!(measured.summary.outcome, Outcome::Chatter);
     }
 
@@ -283,7 +283,7 @@ mod tests {
         ]);
         let slow = crate::run::run(&slow.unwrap().scenario, &mut |_| {}).unwrap();
         assert_eq!(slow.summary.verdict.undecided, Some(Undecided::TooShort));
-        let measured = Candidate::new(document.scenario).unwrap().measure(0).unwrap();
+        let measured = PreparedRun::new(document.scenario).unwrap().measure(0).unwrap();
         assert_eq!(measured.summary.outcome, Outcome::Hunting, "{:?}", measured.summary.verdict);
     }
 
@@ -304,7 +304,7 @@ mod tests {
             "{:?}",
             short.summary.verdict
         );
-        let measured = Candidate::new(document.scenario).unwrap().measure(0).unwrap();
+        let measured = PreparedRun::new(document.scenario).unwrap().measure(0).unwrap();
         assert_eq!(measured.summary.outcome, Outcome::Unstable);
     }
 
@@ -312,7 +312,7 @@ mod tests {
     fn regress_a_tool_on_its_way_is_waited_for() {
         let of = |settings: &[(&str, f64)]| {
             let settings = settings.iter().map(|(key, value)| number(key, *value));
-            Candidate::new(file("chatter/sustained.toml").with(settings).unwrap().scenario)
+            PreparedRun::new(file("chatter/sustained.toml").with(settings).unwrap().scenario)
                 .unwrap()
                 .measure(0)
                 .unwrap()
@@ -332,7 +332,7 @@ mod tests {
         let of = |duration: f64| {
             let settings = [number("controllers.force.kp", 0.3), number("run.duration", duration)];
             let document = file("chatter/sustained.toml").with(settings).unwrap();
-            Candidate::new(document.scenario).unwrap().measure(16).unwrap()
+            PreparedRun::new(document.scenario).unwrap().measure(16).unwrap()
         };
         let (rests, ends) = (of(2.0), of(0.05));
         assert!(rests.summary.outcome.is_stable() && rests.strobe_n.len() == 1, "{:?}", rests.strobe_n);
@@ -350,11 +350,11 @@ mod tests {
             let document = file("control/virtual-wall.toml")
                 .with([number("controllers.wall.stiffness", stiffness)])
                 .unwrap();
-            let measured = Candidate::new(document.scenario).unwrap().measure(0).unwrap();
+            let measured = PreparedRun::new(document.scenario).unwrap().measure(0).unwrap();
             assert_eq!(measured.summary.outcome, outcome, "{stiffness}: {:?}", measured.summary.verdict);
         }
         let settings = [number("controllers.wall.stiffness", 300e3), number("actuators.drive.limit", 400.0)];
-        let limited = Candidate::new(file("control/virtual-wall.toml").with(settings).unwrap().scenario)
+        let limited = PreparedRun::new(file("control/virtual-wall.toml").with(settings).unwrap().scenario)
             .unwrap()
             .measure(0)
             .unwrap();
@@ -372,7 +372,7 @@ mod tests {
     fn regress_bouncing_that_weakens_slowly_is_no_chatter() {
         for (kp, duration) in [(0.86, 0.7), (0.86, 1.0), (0.88, 1.5)] {
             let settings = [number("controllers.force.kp", kp), number("run.duration", duration)];
-            let measured = Candidate::new(file("chatter/sustained.toml").with(settings).unwrap().scenario)
+            let measured = PreparedRun::new(file("chatter/sustained.toml").with(settings).unwrap().scenario)
                 .unwrap()
                 .measure(0)
                 .unwrap();
@@ -384,7 +384,7 @@ mod tests {
             );
         }
         let settings = [number("controllers.force.kp", 0.95), number("run.duration", 0.7)];
-        let beyond = Candidate::new(file("chatter/sustained.toml").with(settings).unwrap().scenario)
+        let beyond = PreparedRun::new(file("chatter/sustained.toml").with(settings).unwrap().scenario)
             .unwrap()
             .measure(0)
             .unwrap();
@@ -401,7 +401,7 @@ mod tests {
         let short = crate::run::run(&document.with(settings(1.0)).unwrap().scenario, &mut |_| {}).unwrap();
         assert_eq!(short.summary.verdict.undecided, Some(Undecided::StillDecaying));
         let measured =
-            Candidate::new(document.with(settings(1.0)).unwrap().scenario).unwrap().measure(0).unwrap();
+            PreparedRun::new(document.with(settings(1.0)).unwrap().scenario).unwrap().measure(0).unwrap();
         assert_eq!(measured.summary.outcome, Outcome::Settled);
         assert!(measured.summary.simulated_s > 1.0);
     }
@@ -415,7 +415,7 @@ mod tests {
             let settings = [number("controllers.force.kp", kp), number("run.duration", 1.0)];
             let mut scenario = file("limits/sampled-delay.toml").with(settings).unwrap().scenario;
             scenario.controllers[0].spec.reference = reference;
-            Candidate::new(scenario).unwrap().measure(0).unwrap().summary
+            PreparedRun::new(scenario).unwrap().measure(0).unwrap().summary
         };
         let late = || Steps(vec![(0.0, 20.0), (0.95, 25.0)]);
         let settles = of(0.3, late());
@@ -448,7 +448,7 @@ mod tests {
     #[test]
     fn regress_a_force_that_only_pulls_has_a_peak() {
         let settings = [number("controllers.force.kp", -2.0)];
-        let summary = Candidate::new(file("paper/rigid.toml").with(settings).unwrap().scenario)
+        let summary = PreparedRun::new(file("paper/rigid.toml").with(settings).unwrap().scenario)
             .unwrap()
             .measure(0)
             .unwrap()

@@ -11,7 +11,7 @@ use super::row::{VariantRow, table};
 use super::shard::Shard;
 use super::store::{ChunkId, Store};
 use super::{Counters, Sweep, chunk_ids, chunks};
-use crate::run::{self, Candidate, Measured, RunError, measure, write_parquet};
+use crate::run::{self, Measured, PreparedRun, RunError, measure, write_parquet};
 use feeler_files::Setting;
 
 /// Number of variants that are prepared together, so that those of one structure can run side by side.
@@ -82,7 +82,7 @@ impl Sweep {
         rows.collect()
     }
 
-    fn candidate(&self, settings: &[Setting]) -> Result<Candidate, String> {
+    fn candidate(&self, settings: &[Setting]) -> Result<PreparedRun, String> {
         let keyed = self.file.axes.keys().map(String::as_str).zip(settings.iter().cloned());
         let document = self.document.with(keyed).map_err(|error| {
             let problems: Vec<String> = error
@@ -92,15 +92,16 @@ impl Sweep {
                 .collect();
             problems.join("; ")
         })?;
-        Candidate::new(document.scenario).map_err(|error| error.to_string())
+        PreparedRun::new(document.scenario).map_err(|error| error.to_string())
     }
 
     /// Measures candidates side by side; if one of them makes the computation fail, each separately.
-    fn measured(&self, candidates: &[Candidate]) -> Vec<Result<Measured, String>> {
+    fn measured(&self, candidates: &[PreparedRun]) -> Vec<Result<Measured, String>> {
         let tail = self.file.keep.tail;
-        let guarded = |candidates: &[Candidate]| catch_unwind(AssertUnwindSafe(|| measure(candidates, tail)));
+        let guarded =
+            |candidates: &[PreparedRun]| catch_unwind(AssertUnwindSafe(|| measure(candidates, tail)));
         let as_text = |result: Result<Measured, RunError>| result.map_err(|error| error.to_string());
-        let alone = |candidate: &Candidate| {
+        let alone = |candidate: &PreparedRun| {
             let result = guarded(std::slice::from_ref(candidate)).ok().and_then(|mut results| results.pop());
             result.map_or_else(|| Err("the run ended in an internal error".into()), as_text)
         };

@@ -9,6 +9,7 @@ mod code;
 mod draws;
 mod equation;
 mod error;
+mod further;
 mod knobs;
 mod neighbours;
 mod nothing;
@@ -34,6 +35,7 @@ pub use code::Code;
 pub use draws::{Uncertain, machines};
 pub use equation::{Equation, Linear};
 pub use error::TuneError;
+pub use further::further;
 pub use order::Step;
 pub use simulated::Runs;
 pub use spec::{Spec, TuneLimit, TuneMeasure, TunedPart};
@@ -44,7 +46,7 @@ use error::refused;
 use knobs::Knobs;
 use neighbours::neighbours;
 use nothing::{nothing_meets, nothing_settles};
-use search::{FINEST, Point, Scored, Search};
+use search::{FINEST, Point, Scored, TuneSearch};
 use simulated::{Ran, Trouble};
 use theory::LinearPlant;
 
@@ -113,11 +115,11 @@ pub fn tune(
         name: &name,
         machines,
         knobs: &knobs,
-        search: Search::new(spec, &knobs, &plants),
+        search: TuneSearch::new(spec, &knobs, &plants),
         progress,
     };
     let found = tuning.best()?;
-    let tuned = knobs.spec(&Search::sizes(&found.point));
+    let tuned = knobs.spec(&TuneSearch::sizes(&found.point));
     let runs = found.runs.last().cloned().unwrap_or_default();
     let steps = order::steps(&plants, &tuned, found.runs, spec, &|to| changes(&name, base, to));
     let settings = changes(&name, base, std::slice::from_ref(&tuned)).concat();
@@ -189,7 +191,7 @@ struct Tuning<'a> {
     name: &'a str,
     machines: &'a [Scenario],
     knobs: &'a Knobs,
-    search: Search<'a>,
+    search: TuneSearch<'a>,
     progress: &'a (dyn Fn(&str) + Sync),
 }
 
@@ -279,7 +281,7 @@ impl Tuning<'_> {
     }
 
     fn at(&self, point: &[f64]) -> ControllerSpec {
-        self.knobs.spec(&Search::sizes(point))
+        self.knobs.spec(&TuneSearch::sizes(point))
     }
 
     fn run(&self, controller: &ControllerSpec, asked: &Spec, machines: &[usize]) -> Ran {

@@ -36,7 +36,7 @@ pub(super) struct Scored {
 }
 
 /// Every point that has been evaluated, on every machine in use.
-pub(super) struct Search<'a> {
+pub(super) struct TuneSearch<'a> {
     spec: &'a Spec,
     knobs: &'a Knobs,
     plants: &'a [LinearPlant],
@@ -44,7 +44,7 @@ pub(super) struct Search<'a> {
     pub(super) evaluations: AtomicUsize,
 }
 
-impl<'a> Search<'a> {
+impl<'a> TuneSearch<'a> {
     pub(super) fn new(spec: &'a Spec, knobs: &'a Knobs, plants: &'a [LinearPlant]) -> Self {
         Self { spec, knobs, plants, known: Mutex::default(), evaluations: AtomicUsize::new(0) }
     }

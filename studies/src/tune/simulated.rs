@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::knobs::installed;
 use super::spec::{Spec, TuneLimit, TuneMeasure};
-use crate::run::{Candidate, LANES, Measured, Outcome, RunError, measure, nothing_can_touch};
+use crate::run::{LANES, Measured, Outcome, PreparedRun, RunError, measure, nothing_can_touch};
 
 /// Figures of some runs, the worst of each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -113,11 +113,11 @@ fn measured(machines: &[&Scenario], name: &str, spec: &ControllerSpec) -> Vec<Re
         if let Some(used) = scenario.controllers.get_mut(name) {
             used.spec = installed(&used.spec, spec);
         }
-        Candidate::new(scenario)
+        PreparedRun::new(scenario)
     };
     let blocks = machines.par_chunks(LANES).map(|block| {
-        let mut prepared: Vec<Result<Candidate, RunError>> = block.iter().map(|one| with(one)).collect();
-        let ready: Vec<Candidate> = prepared.iter().flatten().cloned().collect();
+        let mut prepared: Vec<Result<PreparedRun, RunError>> = block.iter().map(|one| with(one)).collect();
+        let ready: Vec<PreparedRun> = prepared.iter().flatten().cloned().collect();
         let mut results = measure(&ready, 0).into_iter();
         let each = prepared.drain(..).filter_map(|candidate| match candidate {
             Ok(_) => results.next(),

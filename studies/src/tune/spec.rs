@@ -124,8 +124,18 @@ pub enum TunedPart {
     Notch,
 }
 
-const PARTS: [(TunedPart, &str); 3] =
-    [(TunedPart::Filter, "filter"), (TunedPart::Lead, "lead"), (TunedPart::Notch, "notch")];
+impl TunedPart {
+    const ALL: [Self; 3] = [Self::Filter, Self::Lead, Self::Notch];
+
+    /// Its name in a specification.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Filter => "filter",
+            Self::Lead => "lead",
+            Self::Notch => "notch",
+        }
+    }
+}
 
 /// Requirements on a tuned controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -205,13 +215,13 @@ impl Spec {
             "structure" => {
                 self.parts.clear();
                 for word in words().filter(|word| *word != "gains") {
-                    let known = PARTS.iter().find(|(_, name)| *name == word);
-                    let Some((part, _)) = known.filter(|(part, _)| !self.parts.contains(part)) else {
+                    let known = TunedPart::ALL.into_iter().find(|part| part.name() == word);
+                    let Some(part) = known.filter(|part| !self.parts.contains(part)) else {
                         let remedy =
                             "write gains, gains+filter, gains+lead or gains+notch, or several with +";
                         return Err(refused(clause, &format!("`{word}` is not a further part"), remedy));
                     };
-                    self.parts.push(*part);
+                    self.parts.push(part);
                 }
             }
             "gains" => self.gains = Some(words().map(str::to_owned).collect()),

@@ -45,5 +45,5 @@ use crate::run::RunError;
 /// # Errors
 /// A scenario that cannot be run unchanged.
 pub fn explain(scenario: &Scenario, progress: &(dyn Fn(usize) + Sync)) -> Result<Explanation, RunError> {
-    Ok(search::Search::new(scenario, progress)?.explain())
+    Ok(search::WhySearch::new(scenario, progress)?.explain())
 }

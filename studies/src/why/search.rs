@@ -9,7 +9,7 @@ use super::change::{ChatterCause, Counterfactual, SLOWER, SLOWER_STILL, affords,
 use super::explanation::{Explanation, LARGEST_SET, Lift, Trial, is_cured, is_troubled};
 use super::words::{beside, nothing_to_explain, sentence};
 use super::{linear, remedy};
-use crate::run::{Candidate, Measured, Outcome, RunError};
+use crate::run::{Measured, Outcome, PreparedRun, RunError};
 
 /// The verdict also names a change that raises the stability limit by more than this factor.
 const LIFTS: f64 = 2.0;
@@ -18,16 +18,16 @@ const LIFTS: f64 = 2.0;
 /// oscillation of a loop near its limit varies by less.
 const LEFT_BY_CURE: f64 = 0.5;
 
-pub(super) struct Search<'a> {
+pub(super) struct WhySearch<'a> {
     scenario: Scenario,
     baseline: Measured,
     runs: AtomicUsize,
     progress: &'a (dyn Fn(usize) + Sync),
 }
 
-impl<'a> Search<'a> {
+impl<'a> WhySearch<'a> {
     pub(super) fn new(scenario: &Scenario, progress: &'a (dyn Fn(usize) + Sync)) -> Result<Self, RunError> {
-        let baseline = Candidate::new(scenario.clone())?.measure(0)?;
+        let baseline = PreparedRun::new(scenario.clone())?.measure(0)?;
         progress(1);
         Ok(Self { scenario: scenario.clone(), baseline, runs: AtomicUsize::new(1), progress })
     }
@@ -162,7 +162,7 @@ impl<'a> Search<'a> {
         let set_off_otherwise =
             changes.contains(&Counterfactual::SlowerApproach) || changes.contains(&Counterfactual::NoNoise);
         let margin = if with_theory || set_off_otherwise { linear::gain_margin(changed) } else { None };
-        let result = Candidate::new(changed.clone()).and_then(|candidate| candidate.measure(0));
+        let result = PreparedRun::new(changed.clone()).and_then(|candidate| candidate.measure(0));
         (self.progress)(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
         let trial = trial_of(&self.scenario, changes, true, &result, margin);
         // The speed of arrival and noise do not change the loop in contact. So an unstable loop has only not

@@ -5,7 +5,7 @@ use feeler_files::{Assignment, Document, Setting, assignment, rounded, settings_
 use rayon::prelude::*;
 
 use super::explanation::is_at_rest;
-use crate::run::Candidate;
+use crate::run::PreparedRun;
 
 /// Digits that are enough for any remedy.
 const DIGITS: usize = 4;
@@ -69,7 +69,7 @@ impl Changed {
     /// Length of the run that shows the force at rest, s; `None` if even the longest does not.
     fn rest_seen_s(&self) -> Option<f64> {
         let measured =
-            Candidate::new(self.scenario.clone()).and_then(|candidate| candidate.measure(0)).ok()?;
+            PreparedRun::new(self.scenario.clone()).and_then(|candidate| candidate.measure(0)).ok()?;
         is_at_rest(&self.scenario, &measured).then_some(measured.summary.simulated_s)
     }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use feeler_files::{CellFile, Document, Draft};
-use feeler_studies::run::{Candidate, Outcome, Summary, run_cell};
+use feeler_studies::run::{Outcome, PreparedRun, Summary, run_cell};
 
 use crate::remedies::WINDUP;
 use crate::why::PLAY;
@@ -22,7 +22,7 @@ fn outcome_of(body: &str, contact: &str, drive: &str, controller: &str, duration
          [run]\nduration = {duration_s}\n"
     );
     let document = Document::parse(&text, "axis.toml").unwrap_or_else(|mistakes| panic!("{mistakes}"));
-    let measured = Candidate::new(document.scenario).and_then(|candidate| candidate.measure(0));
+    let measured = PreparedRun::new(document.scenario).and_then(|candidate| candidate.measure(0));
     measured.unwrap_or_else(|error| panic!("{error}")).summary
 }
 
@@ -119,7 +119,7 @@ fn regress_noise_on_a_stable_loop_near_its_limit_is_not_unstable() {
         ];
         let settings = settings.map(|(key, value)| (key, feeler_files::Setting::Number(value)));
         let scenario = document.with(settings).unwrap_or_else(|mistakes| panic!("{mistakes}")).scenario;
-        let summary = Candidate::new(scenario)
+        let summary = PreparedRun::new(scenario)
             .and_then(|candidate| candidate.measure(0))
             .unwrap_or_else(|error| panic!("{error}"))
             .summary;
@@ -137,7 +137,7 @@ fn regress_a_swing_within_the_steps_of_the_sensor_is_no_rest() {
     let outcome = |step: f64| {
         let settings = [("sensors.force.resolution", feeler_files::Setting::Number(step))];
         let scenario = document.with(settings).unwrap_or_else(|mistakes| panic!("{mistakes}")).scenario;
-        Candidate::new(scenario)
+        PreparedRun::new(scenario)
             .and_then(|candidate| candidate.measure(0))
             .unwrap_or_else(|error| panic!("{error}"))
             .summary

@@ -2,7 +2,7 @@
 //! against single runs.
 
 use feeler_files::{Document, Setting};
-use feeler_studies::run::{Candidate, LANES, measure, run};
+use feeler_studies::run::{LANES, PreparedRun, measure, run};
 
 use crate::common::{file, result_of};
 
@@ -114,8 +114,8 @@ fn prop_a_variant_of_a_sweep_has_the_peaks_of_a_run() {
                 )
             })
             .collect();
-        let candidates: Vec<Candidate> =
-            documents.iter().map(|document| Candidate::new(document.scenario.clone()).unwrap()).collect();
+        let candidates: Vec<PreparedRun> =
+            documents.iter().map(|document| PreparedRun::new(document.scenario.clone()).unwrap()).collect();
         for (document, measured) in documents.iter().zip(measure(&candidates, 0)) {
             let scenario = {
                 let mut scenario = document.scenario.clone();

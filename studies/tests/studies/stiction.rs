@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]
 
 use feeler_files::{Document, Draft};
-use feeler_studies::run::{Candidate, Outcome, Summary};
+use feeler_studies::run::{Outcome, PreparedRun, Summary};
 
 /// A mass under a PID position loop that hunts. Source: C. Canudas de Wit, H. Olsson, K. J. Åström and
 /// P. Lischinsky, IEEE Transactions on Automatic Control 40 (1995).
@@ -38,7 +38,7 @@ duration = 100.0
 }
 
 fn measured(document: &Document) -> Summary {
-    Candidate::new(document.scenario.clone()).and_then(|candidate| candidate.measure(0)).unwrap().summary
+    PreparedRun::new(document.scenario.clone()).and_then(|candidate| candidate.measure(0)).unwrap().summary
 }
 
 /// The axis of `chatter/stiction.toml` with another friction in its guide.

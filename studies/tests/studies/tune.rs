@@ -10,7 +10,7 @@ use feeler_engine::Scenario;
 use feeler_files::{Document, Setting};
 use feeler_problem::Remedy as _;
 use feeler_studies::operating_point::contact_view;
-use feeler_studies::run::{Candidate, Outcome, measure};
+use feeler_studies::run::{Outcome, PreparedRun, measure};
 use feeler_studies::tune::{Spec, Tuned, Uncertain, machines, tune};
 use rayon::prelude::*;
 
@@ -50,7 +50,7 @@ fn allowed_hz(scenario: &Scenario, controller: &str) -> Option<f64> {
 
 /// Whether a run comes to rest.
 fn rests(scenario: Scenario) -> bool {
-    let measured = Candidate::new(scenario).and_then(|candidate| candidate.measure(0));
+    let measured = PreparedRun::new(scenario).and_then(|candidate| candidate.measure(0));
     measured.is_ok_and(|measured| measured.summary.outcome.is_stable())
 }
 
@@ -265,7 +265,7 @@ fn over_draws(name: &str, settings: &[(&str, Setting)], uncertain: &[Uncertain],
     let set =
         document.with(settings.iter().map(|(key, value)| (key.as_str(), Setting::Number(*value)))).unwrap();
     let fresh = machines(&set, uncertain, draws, 1 << 16).unwrap();
-    let candidates: Vec<Candidate> = fresh.into_iter().map(|one| Candidate::new(one).unwrap()).collect();
+    let candidates: Vec<PreparedRun> = fresh.into_iter().map(|one| PreparedRun::new(one).unwrap()).collect();
     let mut chatters = 0;
     for measured in measure(&candidates, 0) {
         let outcome = measured.unwrap().summary.outcome;

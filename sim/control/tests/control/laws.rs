@@ -263,7 +263,10 @@ fn prop_mistakes_are_refused_with_their_key() {
         ControlError::OutOfRange { key: "ki".into(), value: f64::INFINITY, bound: Bound::Any }
     );
     let nothing_virtual = ControllerSpec::new(Law::Admittance(AdmittanceGains::default()), PERIOD_S);
-    assert_eq!(refused(nothing_virtual), ControlError::AdmittanceWithoutMassOrDamping { mass: "mass" });
+    assert_eq!(
+        refused(nothing_virtual),
+        ControlError::AdmittanceWithoutMassOrDamping { mass: "mass", damping: "damping" }
+    );
 
     assert_eq!(
         Controller::<Pack<2>>::new(std::slice::from_ref(&good)).unwrap_err(),

@@ -301,7 +301,7 @@ impl<L: Lane> Carrier<L> {
             changed |= core.current != mode || core.has_ended();
             put_lane(&mut lanes.xi, *l, &lanes.scratch);
             if passage.is_through() || core.has_ended() {
-                if passage.has_note {
+                if passage.has_note() {
                     lanes.signals.note(*l, core, &self.noted);
                 }
                 self.alone.pop_front();

@@ -34,12 +34,16 @@ pub(crate) struct Passage {
     /// taken.
     note_s: Option<f64>,
     /// Whether the passage has a note, ahead or past.
-    pub(crate) has_note: bool,
+    has_note: bool,
 }
 
 impl Passage {
     pub(crate) fn new(from_s: f64, span_s: f64, note_s: Option<f64>) -> Self {
         Self { from_s, span_s, elapsed_s: 0.0, has_begun: false, note_s, has_note: note_s.is_some() }
+    }
+
+    pub(crate) fn has_note(&self) -> bool {
+        self.has_note
     }
 
     pub(crate) fn time_s(&self) -> f64 {

@@ -80,8 +80,10 @@ impl ControllerUse {
             } else {
                 "this law needs a motion sensor"
             };
-            let remedy =
-                "add `motion = \"...\"`, or a sensor that reads position or velocity of the driven body";
+            let remedy = format!(
+                "add `{} = \"...\"`, or a sensor that reads position or velocity of the driven body",
+                Self::MOTION.key.name
+            );
             problems.push(Problem::new(Self::MOTION.key.name, message, remedy));
         }
         let approached = machine.actuators.get(&self.drives).filter(|_| self.spec.approach.is_some());
@@ -98,7 +100,7 @@ impl ControllerUse {
         }
         if let (Some(needs), None) = (self.needs_reading(), &self.reads) {
             let message = format!("{needs} needs {what} sensor");
-            problems.push(Problem::new(READS.name, message, "add `reads = \"...\"`"));
+            problems.push(Problem::new(READS.name, message, format!("add `{} = \"...\"`", READS.name)));
         }
         problems
     }

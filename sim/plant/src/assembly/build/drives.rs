@@ -37,15 +37,13 @@ impl Build<'_> {
         if actuator.reacts_on != GROUND {
             let message =
                 format!("an imposed motion is one against ground, not against `{}`", actuator.reacts_on);
-            self.problems.push(Problem::new(Actuator::REACTS_ON.of(name), message, "leave `reacts_on` out"));
+            let remedy = format!("leave `{}` out", Actuator::REACTS_ON.key.name);
+            self.problems.push(Problem::new(Actuator::REACTS_ON.of(name), message, remedy));
         }
         if actuator.limit_n.is_some() {
             let message = "an imposed motion takes whatever force it needs";
-            self.problems.push(Problem::new(
-                Actuator::LIMIT.of(name),
-                message,
-                "leave `limit` out, or use a `position-servo`",
-            ));
+            let remedy = format!("leave `{}` out, or use a `position-servo`", Actuator::LIMIT.key.name);
+            self.problems.push(Problem::new(Actuator::LIMIT.of(name), message, remedy));
         }
     }
 
@@ -58,18 +56,18 @@ impl Build<'_> {
         };
         let mut servos = self.machine.actuators.values().enumerate().filter(|(_, other)| is_fed(other));
         let (servo, other) = (servos.next().map(|(i, _)| i), servos.next());
-        let mut problem = |field: &Field<Actuator>, message: String, remedy: &str| {
-            self.problems.push(Problem::new(field.of(name), message, remedy.to_owned()));
+        let mut problem = |field: &Field<Actuator>, message: String, remedy: String| {
+            self.problems.push(Problem::new(field.of(name), message, remedy));
         };
         let (on, reacts_on) = (&actuator.on, &actuator.reacts_on);
         if servo.is_none() || other.is_some() {
             let many = if servo.is_none() { "no" } else { "more than one" };
             let message = format!("there is {many} position servo on `{on}` that reacts on `{reacts_on}`");
-            problem(&Actuator::ON, message, "name the two bodies of one `position-servo`");
+            problem(&Actuator::ON, message, "name the two bodies of one `position-servo`".to_owned());
         }
         if actuator.limit_n.is_some() {
             let message = "an input of a servo has no effort of its own".to_owned();
-            problem(&Actuator::LIMIT, message, "give the servo the `limit`");
+            problem(&Actuator::LIMIT, message, format!("give the servo the `{}`", Actuator::LIMIT.key.name));
         }
         Some(ServoFeed { servo: servo?, is_velocity: actuator.kind == ActuatorKind::TargetVelocity })
     }
@@ -94,17 +92,16 @@ impl Build<'_> {
     fn motor_problems(&mut self, name: &str, motor: &DcMotor) {
         if motor.input == MotorInput::Duty && motor.supply_voltage_v.is_none() {
             let message = "a duty cycle is a share of a supply voltage, and there is none";
-            let key = Actuator::SUPPLY_VOLTAGE.of(name);
-            self.problems.push(Problem::new(key, message, "add `supply_voltage`, in V"));
+            let field = Actuator::SUPPLY_VOLTAGE;
+            let remedy = format!("add `{}`, in V", field.key.name);
+            self.problems.push(Problem::new(field.of(name), message, remedy));
         }
         if motor.input == MotorInput::Current && motor.inductance_h > 0.0 {
             let message = "an amplifier that controls the current already compensates the inductance";
-            let key = Actuator::INDUCTANCE.of(name);
-            self.problems.push(Problem::new(
-                key,
-                message,
-                "leave `inductance` out, or use `input = \"voltage\"`",
-            ));
+            let field = Actuator::INDUCTANCE;
+            let (input, voltage) = (Actuator::MOTOR_INPUT.key.name, MotorInput::Voltage.name());
+            let remedy = format!("leave `{}` out, or use `{input} = \"{voltage}\"`", field.key.name);
+            self.problems.push(Problem::new(field.of(name), message, remedy));
         }
     }
 

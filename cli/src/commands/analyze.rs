@@ -271,9 +271,13 @@ fn margin_tables(margins: &MarginReport) -> Vec<String> {
     let mut tables = Vec::new();
     if margins.unstable_poles > 0 {
         let never = || " It is unstable at every lower gain too.".to_owned();
-        let lower = margins
-            .gain_decrease
-            .map_or_else(never, |f| format!(" Its gain must fall to {} times the present value.", plain(f)));
+        let fall = |f| {
+            let times = plain(f);
+            format!(
+                " Its controller's whole output, all gains together, must fall to {times} times its value."
+            )
+        };
+        let lower = margins.gain_decrease.map_or_else(never, fall);
         tables.push(format!("The sampled loop is unstable, so it has no margins.{lower}"));
     } else {
         let rows = [

@@ -88,6 +88,21 @@ fn truth_a_gain_margin_that_differs_from_the_limit_is_explained() {
     assert!(text.contains(&of("controllers.force", "kp")), "{text}");
 }
 
+/// The factor of an unstable loop scales all gains, so its damping too.
+#[test]
+fn truth_an_unstable_loop_says_how_far_all_gains_must_fall() {
+    let text = printed(&["analyze", "limits/base-dip.toml"]);
+    let sentence = "Its controller's whole output, all gains together, must fall to 0.5306 times its value.";
+    assert!(text.contains(sentence), "{text}");
+    let unstable_poles = |factor: f64| {
+        let ki = format!("controllers.force.ki={}", 50.0 * factor);
+        let damping = format!("controllers.force.damping={}", 1500.0 * factor);
+        let found = json(&["analyze", "limits/base-dip.toml", "--set", &ki, "--set", &damping, "--json"]);
+        found["margins"]["unstable_poles"].as_u64().unwrap()
+    };
+    assert_eq!([0.530, 0.531].map(unstable_poles), [0, 2]);
+}
+
 #[test]
 fn truth_an_analysis_says_of_which_loop_it_speaks() {
     let text = printed(&["analyze", "paper/flexible.toml", "--output", "motor.position"]);

@@ -32,9 +32,9 @@ impl Known for AsymmetricFriction {
     });
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::ConstantLoad,
-        "incline the axis, or take cables and counterweights off, and record again: a load changes with \
-         them, friction does not; no command separates the two, since both resist with the same force in \
-         either direction",
+        "take cables and counterweights off, or turn an inclined axis end for end, and record again: only \
+         a load changes; no command separates the two, since both resist with the same force in either \
+         direction",
     )];
 
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {

@@ -19,14 +19,23 @@ Each drawing shows the law of an effect in outline, without numbers, and names i
 solid line is the machine with the effect, the dashed line the machine without it. A drawing without a
 dashed line shows the effect alone.
 
-The *missing force* is mass times acceleration, less the forces of the undisturbed machine. Its drive force
-is the one for the recorded command. Drawings of friction show the resistance instead, which is positive
-against forward motion. In a [portrait](glossary.md#diagnosis) of the missing force they are upside down.
+The *missing force* is mass times acceleration, less the forces of the undisturbed machine. Among these,
+the drive force is the one that the undisturbed drive would give for the recorded command. Drawings of
+friction show the resistance instead, which is positive against forward motion. In a
+[portrait](glossary.md#diagnosis) of the missing force they are upside down.
 
 The column `typical` holds for a linear axis of about 10 kg that presses with 30 N, such as
-`scenarios/effects/ideal.toml`. It does not hold for a rotational axis: begin with data sheets there. Fits
-derive steps and bounds from it, so a few values are not usual ones: the text of the effect then says so.
-The unit 1 marks a plain number; an angle is in rad.
+`scenarios/effects/ideal.toml`. It does not hold for a rotational axis: begin with data sheets there.
+Fits take step sizes and bounds from it, so a few values are chosen for the fit: the text of the effect
+then says so. The unit 1 marks a plain number; an angle is in rad.
+
+The effects under a drive act in this order: `command-noise`, `command-delay`, `drive-deadband`,
+`drive-gain` and `loop-gain`, `force-limit`, `slew-limit` and `command-interpolation`, `actuator-lag`,
+`torque-speed-line`, `thermal-derating`. `force-ripple` is added last. On a velocity source, and on a
+motor with a voltage or a duty cycle, the law of the drive follows the lag, and `force-limit` follows
+the law. Under a position servo, noise, delay, gain, rate and interpolation act on the target, and the
+deadband acts on the error. `loop-gain` scales the law of the servo. Its force then passes limit, speed
+line, lag and warming; if it is sampled, the lag precedes the line.
 
 BY-SYMPTOM
 

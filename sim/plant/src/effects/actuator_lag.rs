@@ -31,8 +31,8 @@ Current loops of finite bandwidth, valves, a filter on the torque set point. A w
 current, back-EMF included: on a motor with a voltage or a duty cycle, give its key `inductance` instead.
 
 ## How it shows
-Above `1 / (2 pi time_constant)` the drive force shrinks, and its phase falls by up to 90 degrees. In a force
-loop that lag is what first bounds the gain of a rigid machine. Well below the corner it is a delay of
+Above `1 / (2 pi time_constant)` Hz the drive force shrinks, and its phase falls by up to 90 degrees. In a
+force loop that lag is what first bounds the gain of a rigid machine. Well below the corner it is a delay of
 `time_constant`, so `command-delay` looks the same until the magnitude drops. `force-lag` costs a force loop
 as much phase but leaves free motion as it was.
 

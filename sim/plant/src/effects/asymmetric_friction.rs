@@ -39,9 +39,9 @@ axis, moving and at rest. No record of commands and motion separates the two. Wh
 one way, either of them alone looks the same, too.
 
 ## How it is recognised
-Compare slow strokes in both directions: the forces against the motion differ by `2 level asymmetry`, at
-every speed. Friction with a load does the same. To separate them, incline the axis, or take cables and
-counterweights off: a load changes with them, friction does not.
+Compare slow strokes in both directions: the forces against the motion differ by `2 level asymmetry`, at every
+speed. Friction with a load does the same. To separate them, take cables and counterweights off, or turn an
+inclined axis end for end. The pull of the weight along the axis then changes sign, the asymmetry does not.
 
 ## Numerical treatment
 As dry friction with one level: modes for sliding either way and for sticking, with events between them.

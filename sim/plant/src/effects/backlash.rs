@@ -40,8 +40,9 @@ Within `|e| < width / 2` neither stiffness nor damping acts; beyond it the force
 `k (e - sign(e) width / 2) + c de/dt`, and the flanks only push. A rigid spring must first yield: `stiffness`
 and `damping` are those of its flanks. By default (or if zero), the two bodies, free otherwise, would ring at
 1000 Hz with a damping ratio of 0.1. That is `k = mu (2 pi 1000)^2`, `c = 0.2 sqrt(k mu)`, `mu` their reduced
-mass. So with a width of zero a very stiff spring replaces the rigid one. Weight hangs on the load's side: the
-`gravity` of a guide of the first body then moves to the second. A spring that has its own stiffness keeps it
+mass, or the mass of the free one if the other is fixed. So with a width of zero a very stiff spring replaces
+the rigid one. Weight hangs on the load's side: the `gravity` of a guide of the first body then moves to the
+second. A `constant-load` stays at the guide, on the first body. A spring that has its own stiffness keeps it
 and takes neither.
 
 ## Where it comes from

@@ -36,7 +36,7 @@ two.
 
 ## How it is recognised
 The lag of the response grows in proportion to frequency while its magnitude stays. A cross-correlation of
-command and acceleration shows the same shift in every experiment.
+measured and predicted acceleration shows the same shift in every experiment.
 
 ## Numerical treatment
 Each held command takes effect at its own instant, to machine precision. Linear theory keeps the delay exact,

@@ -30,13 +30,13 @@ error. With `period` the time between commands, the one-sided density of the noi
 the unit of the command: a length under a position servo, a current on a motor that a current commands.
 
 ## Where it comes from
-An analogue command line, the ripple of a current loop, an amplifier's noise; and a command that was
-measured (a current) rather than recorded.
+An analogue command line, the ripple of a current loop, an amplifier's noise. Also a record that holds a
+measured current, with its noise, in place of the command.
 
 ## How it shows
 The motion shakes without cause in the record. The same command gives another motion each time. While the
-command changes, `timing-jitter` scatters it too; under a constant command only noise remains. Averages over
-many repetitions lose it. No fit finds it, because the numbers are not in the record: a diagnosis counts it as
+command changes, `timing-jitter` scatters it too; under a constant command only noise remains. Averaging many
+repetitions removes it. No fit finds it, because the numbers are not in the record: a diagnosis counts it as
 noise of the command.
 
 ## How it is recognised

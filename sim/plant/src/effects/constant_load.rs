@@ -39,8 +39,8 @@ The missing force has a mean that depends neither on speed nor on command. Hold 
 motion and read the command; dry friction hides a load up to its level.
 
 ## Numerical treatment
-It is a constant term of the linear equations and exact. Linear theory omits it: a constant does not change
-the motion about the state of rest.
+It is a constant term of the linear equations and exact. Linear theory omits it: on a linear machine a
+constant does not change the motion about the state of rest.
 
 ## Source
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer

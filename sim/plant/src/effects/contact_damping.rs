@@ -25,7 +25,7 @@ The viscous part of the contact force is `damping d'` in place of the believed o
 the value that the contact has, the effect is absent.
 
 ## Where it comes from
-Rubber, foam, grease, squeeze films; friction in a bolted joint inside the sensor.
+Rubber, foam, grease, squeeze films.
 
 ## How it shows
 Bounces lose more (or less) energy, and the contact mode rings for a shorter (or longer) time at nearly the

@@ -26,8 +26,9 @@ the unit of the command: a speed on a velocity source; a voltage, a duty cycle o
 a position servo it is a deadband of the error for `kp` and `ki`, and the width a length.
 
 ## Where it comes from
-Overlapped valves, amplifiers with a dead time between the two halves of a bridge, a threshold in the set
-point.
+Overlapped valves, a threshold in the set point. On a voltage or a duty cycle, the dead time between upper and
+lower switch of a bridge. The voltage that it costs has the sign of the current, so it is this effect only
+while that is the sign of the command. A current loop hides it.
 
 ## How it shows
 A force of constant size is lost, and it has the sign of the command: it matters less the larger the command.

@@ -30,14 +30,16 @@ current, this is also an error of the torque constant: a constant that is a tent
 wrong way round.
 
 ## Where it comes from
-A force constant from the data sheet, demagnetised or hot magnets, a mis-set current scale. On a duty cycle, a
-supply voltage that is lower than believed. Under a position servo, wrong counts per unit of the target.
+On a command of force or current, a force constant from the data sheet, demagnetised or hot magnets, a mis-set
+current scale. On a duty cycle, a supply voltage that is lower than believed. Under a position servo, wrong
+counts per unit of the target.
 
 ## How it shows
-Every response to the command changes by one factor, at all frequencies and sizes. Forces that do not come
-from the command (weight, friction, contact) keep their sizes. Free acceleration alone cannot tell it from
-`added-mass`; the static force in contact can. In the force reading of contact it looks like `force-gain`,
-which changes neither motion nor compression for the same command.
+The force that the command makes changes by one factor, at all frequencies and, within the limits, at all
+sizes. Motion does so only on a linear machine in open loop. Forces that do not come from the command (weight,
+friction, contact) keep their sizes. Free acceleration alone cannot tell it from `added-mass`; the static
+force in contact can. In the force reading of contact it looks like `force-gain`, which changes neither motion
+nor compression for the same command.
 
 ## How it is recognised
 Free acceleration and static contact force are both off by the same factor. One of them alone does not

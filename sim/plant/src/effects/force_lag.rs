@@ -24,8 +24,8 @@ time_constant = \"2 ms\"
 ",
     sections: "\
 ## Model
-The reading `y` follows the force `F` by `time_constant dy/dt + y = F`, in series with the filters the
-sensor has: a corner at `1 / (2 pi time_constant)`.
+The reading `y` follows the force `F` by `time_constant dy/dt + y = F`, in series with the filters the sensor
+has: a corner at `1 / (2 pi time_constant)` Hz.
 
 ## Where it comes from
 Anti-aliasing filters, strain-gauge amplifiers, averaging in the sensor.

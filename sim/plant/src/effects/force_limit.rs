@@ -34,8 +34,8 @@ makes its force, not the drive. `slew-limit` also shows in large and fast comman
 and does not cap slow ones.
 
 ## How it is recognised
-Plot the missing force against the command: it is zero up to the limit and falls by a unit per unit beyond.
-Large steps and errors that last show it, small signals do not.
+Plot the missing force against the command: it is zero up to the limit and `limit sign(u) - u` beyond, with
+`u` the command after its gain. Large steps and errors that last show it, small signals do not.
 
 ## Numerical treatment
 The held command is clipped, which is exact. For a velocity source or a continuous servo the limit is a

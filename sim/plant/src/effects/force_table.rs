@@ -45,10 +45,11 @@ force_9 = 0.0
 A force acts on the second body of the spring, and its opposite on the first. It depends on the position `x`
 of the second against the first. Nine points lie evenly spaced from `from` to `to`; choose the range that was
 recorded. The forces there are `force_1` to `force_9`. Between the points the force follows straight lines
-whose corners are rounded over a quarter of the spacing. At a point it is therefore off by an eighth of the
-change of rise there, and by about 1/64 of that at each neighbour. Beyond its ends the table has no
-information: the force levels out at the outermost value. Positions are those of the bodies. They are zero at
-the start unless the file says otherwise. A base that moves as the first body takes the opposite force.
+whose corners are rounded over a quarter of the spacing. Let `D = f(k+1) - 2 f(k) + f(k-1)` be the change of
+rise at a point, `f(k)` its force. It lifts the force by `D / 8` there and by about `D / 64` at each
+neighbour. Beyond its ends the table has no information: the force levels out at the outermost value.
+Positions are those of the bodies. They are zero at the start unless the file says otherwise. A base that
+moves as the first body takes the opposite force.
 
 ## Where it comes from
 It is not a cause, but what is left when none is known: bumps of a rail, a cable chain, a seal, a cam, a

@@ -6,7 +6,7 @@ use super::prelude::*;
 use crate::assembly::{PositionForce, Pull, Weight};
 
 parameters! { Gravity
-    amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest torque of gravity"),
+    amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest force (or torque) of gravity"),
     phase: linear(
         Dimension::NONE, None, 1.0, (-TAU, TAU),
         "angle of the arm from hanging straight down, at position zero, in rad"
@@ -39,9 +39,10 @@ the first. `x` is the position of the second against the first. A first body tha
 that opposite instead of feeling the weight. `period` is the travel in which the arm turns once. It is 2 pi by
 default, which is one turn on a rotational axis. State it on a translational axis, and where a gear or a screw
 lies between position and arm. For an arm of mass `m` whose centre lies `l` from its joint,
-`amplitude = m g l 2 pi / period`: just `m g l` where `x` is the angle of the arm itself. `phase` is the angle
-of the arm from hanging straight down, at position zero. The known gravity of a rotational body is stated by
-its keys `gravity` and `gravity_phase`.
+`amplitude = m g l 2 pi / period`: just `m g l` where `x` is the angle of the arm itself. This holds for a
+horizontal joint axis; one inclined by `b` takes `cos(b)` times as much. `phase` is the angle of the arm from
+hanging straight down, at position zero. The known gravity of a rotational body is stated by its keys
+`gravity` and `gravity_phase`.
 
 ## Where it comes from
 Arms, pendulums, unbalanced tables, a counterweight that is not quite right.

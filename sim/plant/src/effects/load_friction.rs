@@ -34,8 +34,8 @@ it.
 ## How it shows
 Free motion is as predicted. In contact, the command for a force differs by `2 ratio |F|` between rising and
 falling force: a hysteresis in proportion to the force. At one contact force `coulomb-friction` does the same,
-but it also acts in free motion. `contact-damping` also opens a loop between force and compression, but that
-loop closes in slow motion.
+but it also acts in free motion. This loop, between command and contact force, stays open in slow motion. That
+of `contact-damping`, between contact force and compression, closes.
 
 ## How it is recognised
 Push up and down in contact at several forces: the width of the hysteresis grows with the force. Free motion

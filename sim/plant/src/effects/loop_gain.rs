@@ -39,15 +39,15 @@ then `g` times the true one, and supply and current limit clip at another comman
 ## How it shows
 Under a load, a servo without an integral part sags `1 / gain` times as far. Its undamped frequency is
 `sqrt(gain)` times as high. Its damping ratio is `sqrt(gain)` times as large if `kd` gives nearly all damping.
-At constant speed it lags by `kd / kp` times the speed, which stays, and by the friction over `gain kp`.
-Friction, loads and inertia keep their sizes. Without a load, inertia (`added-mass`) and friction that are
-both `1 / gain` times the believed ones look the same. `viscous-friction` alone changes the lag, and not how a
-load is held.
+At constant speed, without `ki`, it lags by `kd / kp` times the speed, which stays: `kd` acts on the measured
+speed. It lags by the friction over `gain kp` too. Friction, loads and inertia keep their sizes. Without a
+load, inertia (`added-mass`) and friction that are both `1 / gain` times the believed ones look the same.
+`viscous-friction` alone changes the lag, and not how a load is held.
 
 ## How it is recognised
-Hold a known load: the servo's error is the load over `kp`. With an integral part the error vanishes, and its
-integral over time is the load over `ki`. Without a known load, only the ratios of the gain to inertia and
-friction show.
+Hold a known load: without `ki` the error is the load over `gain kp`. Dry friction shifts it: approach slowly
+from above and from below, and take the mean. With `ki` the error vanishes, and its integral over time is the
+load over `gain ki`. Without a known load, only the ratios of the gain to inertia and friction show.
 
 ## Numerical treatment
 The entries of the servo in the equations of motion are multiplied, which is exact. Linear theory scales the

@@ -46,12 +46,13 @@ example. `damping` is usually `sqrt(stiffness m)` to twice that, `m` the sliding
 Lubricated guides, bearings, seals and gears: asperities bend by micrometres before they slide.
 
 ## How it shows
-Small motions about a reversal are elastic and follow a loop; a slow drive sticks and slips. The faster the
-force rises, the smaller the breakaway force. Under a load and a vibration that together stay below `coulomb`
-it creeps on, more than real guides do. In impacts the damping of the bristles acts like a large viscous
-friction. The law is passive only if the guide's own damping exceeds `damping (static - coulomb) / coulomb`
-(Barabanov and Ortega); the example is not. Records with an encoder step above `static / stiffness` cannot
-tell it from `stribeck-friction`, nor, well above `velocity`, from `coulomb-friction`.
+Just after a reversal the force rises as that of a spring, and over a small cycle it follows a hysteresis
+loop. A slow drive sticks and slips. The faster the force rises, the smaller the breakaway force. Under a load
+and a vibration that together stay below `coulomb` it creeps on, more than real guides do. In impacts the
+damping of the bristles acts like a large viscous friction. The law is passive only if the guide's own damping
+exceeds `damping (static - coulomb) / coulomb` (Barabanov and Ortega); the example is not. Records with an
+encoder step above `static / stiffness` cannot tell it from `stribeck-friction`, nor, well above `velocity`,
+from `coulomb-friction`.
 
 ## How it is recognised
 Move the axis by micrometres about one point, with an encoder that resolves a tenth of `static / stiffness`.

@@ -48,10 +48,10 @@ the second against the first. Nine points lie evenly spaced from `from` to `to`;
 recorded. The forces there are `force_1` to `force_9`. Between the points the force follows straight lines
 with rounded corners, as that of `force-table` does. Beyond its ends the force levels out at the outermost
 value, so the range should include zero: otherwise the end value is a load at rest. If the range is symmetric,
-`force_5` is that load: leave it at zero, unless a `constant-load` acts. Even with `force_5 = 0` a rounded
-corner leaves about `(force_4 + force_6) / 8` at rest. A resistance is negative at positive speed and positive
-at negative speed, opposite to the drawing of `viscous-friction`. Forward and backward have their own points,
-so a table may differ by direction.
+`force_5` is that load: leave it at zero, unless a `constant-load` acts. The `typical` value of `force_5` is
+only a scale for fits. Even with `force_5 = 0` a rounded corner leaves about `(force_4 + force_6) / 8` at
+rest. A resistance is negative at positive speed and positive at negative speed, opposite to the drawing of
+`viscous-friction`. Forward and backward have their own points, so a table may differ by direction.
 
 ## Where it comes from
 It is not a cause, but what is left when none is known: a drive that sags, a seal, grease, a bearing.

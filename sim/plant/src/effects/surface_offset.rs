@@ -28,10 +28,11 @@ the bodies are, so it does not notice.
 Part tolerances, fixtures set up anew, thermal growth, an axis that was homed elsewhere.
 
 ## How it shows
-Touch-down comes late (or early) by `offset` divided by the approach speed. Everything after it is as
-predicted but shifted. At a single approach speed a `command-delay` shifts it alike, but it also delays free
-motion. Under stiff position control the force is lower by `k offset`. If the axis yields, `k` is the
-stiffness of wall and axis in series. A `force-bias` makes the same error and changes no position.
+After an approach at constant speed, touch-down comes late (or early) by `offset` over that speed. Under force
+control everything after it is as predicted but shifted. At a single approach speed a `command-delay` shifts
+it alike, but it also delays free motion. Under stiff position control the force is lower by `k offset`. If
+the axis yields, `k` is the stiffness of wall and axis in series. A `force-bias` makes the same error and
+changes no position.
 
 ## How it is recognised
 The touch-down is early or late by one distance at every approach speed. A delay would shift it by one time.

@@ -6,7 +6,7 @@ use crate::assembly::Warming;
 parameters! { ThermalDerating
     force: log(
         Dimension::FORCE, Some(f64::INFINITY), 100.0, (ABOVE_ZERO, f64::INFINITY),
-        "cold force of which half remains in the end"
+        "constant cold force of which half is left once warm"
     ),
     time_constant: log(Dimension::TIME, None, 30.0, (ABOVE_ZERO, 1e6), "time to cover 63 % of a warming"),
 }
@@ -36,23 +36,26 @@ motor is that of the cold drive: the torque per current falls.
 
 ## Where it comes from
 Magnets weaken with temperature, by about 0.1 % per kelvin for neodymium and 0.2 % for ferrite. That is 7 to
-14 % at 70 K, within 10 to 60 minutes. For magnets alone choose `force` 2.5 to 4 times the steady cold force.
-They weaken in proportion to their heat, so the law holds for losses up to about a fifth. On a voltage, the
+14 % at 70 K, within 10 to 60 minutes. On a command of force or current, for magnets alone, choose `force` 2.5
+to 4 times the steady cold force. They weaken in proportion to their heat, so the law holds for losses up to
+about a fifth. On a voltage or a duty cycle weaker magnets do not follow it: see `loop-gain`. There the
 resistance of copper rises by 0.39 % per kelvin, within seconds to a minute. For copper at 70 K choose `force`
-1.9 times the steady cold force. Force per voltage and back-EMF then fall alike, as in this law, but so does
-the current: fit no measured current. Firmware of servos reduces the torque of a hot motor.
+1.9 times the steady cold force. Stall force per volt, `k / R` with the torque constant `k`, and damping by
+back-EMF, `k^2 / R`, then fall alike, as in this law. So does the current: fit no measured current. Firmware
+of servos reduces the torque of a hot motor.
 
 ## How it shows
-The same command gives less force after minutes of work than at the start, and recovers with rest. If the
-drive was warm before, records much shorter than `time_constant` show a constant `loop-gain` or `drive-gain`.
-Grease that warms lowers friction: motion per command then rises, where this effect lets it fall.
-`force-limit` caps large forces alone, cold and warm.
+The same command gives less force after minutes of work than at the start, and recovers while the drive gives
+none. If the drive was warm before, records much shorter than `time_constant` show a constant `loop-gain` or
+`drive-gain`. Grease that warms lowers friction: motion per command then rises, where this effect lets it
+fall. `force-limit` caps large forces alone, cold and warm.
 
 ## How it is recognised
-Repeat one motion for several time constants, then again after a rest. The force per command falls quickly at
-first, then ever more slowly, and recovers after the rest. A diagnosis tries it on records of at least 30 s.
-It takes each to begin cold, and a finding says so. The heat continues through the pieces of one long record,
-and through files on one clock. In a pause between them the drive counts as at rest.
+Repeat one motion for several time constants, then again after a time without force. The force per command
+falls quickly at first, then ever more slowly, and recovers after that time. A diagnosis tries it on records
+of at least 30 s. It takes each to begin cold, and a finding says so. The heat continues through the pieces of
+one long record, and through files on one clock. In a pause between them the drive counts as giving no force,
+so it cools.
 
 ## Numerical treatment
 The heat is one more state, and the law is smooth: an extrapolation method integrates it to machine precision.

@@ -35,8 +35,10 @@ its resistance, and takes no second one. Nor does a velocity source, or a motor 
 voltage.
 
 ## Where it comes from
-The back-EMF of a motor on a bounded supply: servos of hobby size, batteries. A battery's inner resistance
-lowers `force`, and a low charge lowers both parameters.
+The back-EMF of a motor on a bounded supply: servos of hobby size, batteries. The line is straight for a DC or
+block-commutated motor that its resistance limits. An induction or synchronous servo that its inductance
+limits is flat first, then falls in a steep curve. A battery's inner resistance lowers `force`, and a low
+charge lowers both parameters.
 
 ## How it shows
 Fast motions fall short, and the more the heavier the load, while slow ones are as before. `force-limit` caps

@@ -33,20 +33,21 @@ Two bodies with the force `stiffness e + damping de/dt` between them, `e` their 
 first the rest of what the two weighed together. Under a body, the body is split: its contacts move to a new
 one of `tip_mass`, and guides, drives and sensors of motion stay. The ideal machine is the limit of great
 stiffness. Weight hangs on the load's side. Where a rigid spring gives way or a body is split, the `gravity`
-of a guide of the first body moves to the second. A body's own key `gravity` stays with that body. Friction
-under the spring, such as `lugre-friction`, gives it a hysteresis.
+of a guide of the first body moves to the second. A `constant-load` stays at the guide, on the first body. A
+body's own key `gravity` stays with that body. Friction under the spring, such as `lugre-friction`, gives it a
+hysteresis.
 
 ## Where it comes from
 Belts, gears, screws, harmonic drives, couplings, bending links, the mount of a tool.
 
 ## How it shows
 A mode appears in which motor and tip move against each other. From drive to contact force the phase drops by
-180 degrees there and does not return, so that force feedback destabilises it (the noncolocated mode). Seen
-from the motor alone the mode is a zero pair below a pole pair, and the phase returns. In free motion the
-zeros are at `sqrt(stiffness / tip_mass)` rad/s, the poles at `sqrt(stiffness / mu)`, `mu` the reduced mass of
-the two bodies. That is 43.6 and 53.4 Hz in the example. In the contact force, `workpiece-dynamics` and
-`base-flexibility` are such pairs, too. Far below the mode it is a smaller contact stiffness:
-`contact-stiffness` looks the same there.
+180 degrees there and does not return (the noncolocated mode). Force feedback destabilises it above a gain
+that the damping of the mode sets. Seen from the motor alone the mode is a zero pair below a pole pair, and
+the phase returns. In free motion the zeros are at `sqrt(stiffness / tip_mass)` rad/s, the poles at
+`sqrt(stiffness / mu)`, `mu` the reduced mass of the two bodies. That is 43.6 and 53.4 Hz in the example. In
+the contact force, `workpiece-dynamics` and `base-flexibility` are such pairs, too. Far below the mode it is a
+smaller contact stiffness: `contact-stiffness` looks the same there.
 
 ## How it is recognised
 Compare the motion of motor and tip over a wide band: they part at the mode, with a drop of 180 degrees in

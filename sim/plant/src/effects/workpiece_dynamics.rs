@@ -38,10 +38,12 @@ Thin sheets, long parts, clamps, jigs, a hand that holds the part.
 
 ## How it shows
 In contact a zero pair at `sqrt(stiffness / mass)` rad/s accompanies a pole pair. Between the two the phase
-swings by up to 180 degrees and then returns, so that an adequate rigid-body phase margin survives. It swings
-up if the zeros lie above the contact mode, and down if they lie below it. Free motion is as predicted, which
-separates it from `base-flexibility`. Far below the mode only the series stiffness counts, so
-`contact-stiffness` looks the same there.
+swings by up to 180 degrees and then returns. It swings up if the zeros lie above the contact mode, which adds
+phase. It swings down if they lie below. Then the peak of the poles comes first, and the phase falls there.
+With an integral part, a lag or a delay it may pass -180 degrees, and the loop become unstable. Damping, or a
+low gain, that keeps this peak below one prevents it. Free motion is as predicted, which separates it from
+`base-flexibility`. Far below the mode only the series stiffness counts, so `contact-stiffness` looks the same
+there.
 
 ## How it is recognised
 A phase swing, up or down and back, appears in contact and vanishes in free motion. The response must reach

@@ -32,8 +32,8 @@ sheet.
 ## How it shows
 Let `r` be the ratio of the stiffness to the believed one. In a linear contact of little damping, the peak
 force of an impact and the frequency of the contact mode are `sqrt(r)` times as large. An impact lasts
-`1 / sqrt(r)` times as long. For a power `n` of the compression the peak is `r^(1 / (n + 1))` times as large,
-and the duration one over that. The frequency at a given force is `r^(1 / (2 n))` times as high. Above the
+`1 / sqrt(r)` times as long. For a power `n` of the compression the peak is `r^(1/(n+1))` times as large,
+and the duration one over that. The frequency at a given force is `r^(1/(2n))` times as high. Above the
 contact mode, the gain of a force loop is proportional to the stiffness. Well below it, a force drive gives
 the same contact force on any wall. On a motion-controlled robot the gain is proportional to the stiffness at
 all frequencies (Whitney). Static force under force control is as predicted. At low frequency,

@@ -5,6 +5,7 @@ use crate::dataset::Dataset;
 use crate::error::DiagnosisError;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::glance::glance;
+use crate::fit::least_squares::Fitted;
 use crate::fit::odds::{ACCEPT, ACCEPT_ALL, room};
 use crate::fit::scored::Scored;
 use crate::fit::search::{Extended, extensions, search};
@@ -231,12 +232,19 @@ impl<'a> Composing<'a> {
     }
 
     /// Drops causes of several whose size may be that of an absent cause. Of nine such causes on three wild
-    /// seeds none was hidden.
+    /// seeds none was hidden. A cause stays if a believed value or the timing of commands would
+    /// then end at its limit.
     fn drop_absent(&mut self) {
+        let at_limit = |Scored { fitted: Fitted { model, theta, .. }, .. }: &Scored| {
+            model.at_limits(theta).len() + usize::from(model.is_timing_at_limit(theta))
+        };
         while self.accepted.causes.len() > 1
             && let Some(absent) = self.judge.most_likely_absent(&self.accepted)
         {
             let fewer = self.judge.without(&self.accepted, absent);
+            if at_limit(&fewer) > at_limit(&self.accepted) {
+                return;
+            }
             self.attempts.fitted.push(std::mem::replace(&mut self.accepted, fewer));
             let judge = &self.judge;
             let is_as_large = |tried: &&Scored| {

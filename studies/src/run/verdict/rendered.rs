@@ -105,10 +105,9 @@ impl Evidence<'_> {
 /// and errors. The last swing may not be at its widest yet, so it counts only if it is the widest already.
 fn widest_swings(errors: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 3]> {
     let mut swings: Vec<[f64; 2]> = Vec::new();
-    let mut side = 0.0;
+    let mut is_above = None;
     for [t_s, error] in errors.filter(|[_, error]| *error != 0.0) {
-        if error.signum() != side {
-            side = error.signum();
+        if is_above.replace(error > 0.0) != Some(error > 0.0) {
             swings.push([t_s, 0.0]);
         }
         if let Some(swing) = swings.last_mut().filter(|swing| error.abs() > swing[1]) {

@@ -54,9 +54,10 @@ pub(crate) fn assess(
     if task.dataset.machine.contacts.is_empty() {
         short(Condition::Left, horizons::lost(&horizons, &criteria).into_iter().collect());
     }
-    let unclosed = sizes.closed.filter(|_| is_found && !is_balanced);
+    let unclosed = sizes.closed.filter(|_| is_found);
     let unclosed = unclosed.and_then(|closed| horizons::unclosed(closed, &criteria));
-    short(Condition::Left, unclosed.into_iter().collect());
+    let removes_little = unclosed.is_some();
+    short(Condition::Left, unclosed.filter(|_| !is_balanced).into_iter().collect());
     short(Condition::Residual, residual.shortfalls(missing[0], &criteria));
     let smooth = balance::beyond(judge, accepted, &criteria);
     short(Condition::Residual, smooth.map(balance::told).into_iter().collect());
@@ -75,9 +76,11 @@ pub(crate) fn assess(
     }
     // A smooth force shows the place of an error that no cause removes. Causes that remove most of it show
     // the place themselves.
-    let removes_little = sizes.closed.is_some_and(|closed| closed < criteria.least_closed);
-    let alone = is_found.then(|| balance::beyond(judge, calibrated, &criteria)).flatten();
-    let smooth = alone.or(smooth).filter(|_| !is_found || removes_little);
+    let smooth = match (is_found, removes_little) {
+        (false, _) => smooth,
+        (true, true) => balance::beyond(judge, calibrated, &criteria).or(smooth),
+        (true, false) => None,
+    };
     Adequacy {
         criteria,
         horizons,

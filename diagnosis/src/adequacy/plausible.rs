@@ -64,12 +64,12 @@ fn hardly_known(accepted: &Scored) -> impl Iterator<Item = String> {
 
 /// The unknown of parameter `k` of cause `i`; `None` if the parameter is not fitted.
 fn unknown(accepted: &Scored, i: usize, k: usize) -> Option<usize> {
-    let unknowns = &accepted.fitted.model.unknowns;
+    let model = &accepted.fitted.model;
     let is_fitted = |u: &usize| {
-        let (low, high) = unknowns[*u].bounds;
+        let (low, high) = model.unknowns[*u].bounds;
         high - low >= READ_OFF
     };
-    unknowns.iter().position(|unknown| unknown.parameter_of(i) == Some(k)).filter(is_fitted)
+    model.unknown_of(i, k).filter(is_fitted)
 }
 
 impl Judge<'_> {

@@ -150,8 +150,9 @@ impl Judge<'_> {
             parameters[k].null.filter(|null| null.is_finite()).or(zero)
         };
         let reach = |k: usize| {
+            let null = null(k)?;
             let (value, half) = self.interval(accepted, i, k, sigma);
-            Some(half / (value - null(k)?).abs())
+            Some(half / (value - null).abs())
         };
         (0..parameters.len()).filter_map(reach).min_by(f64::total_cmp)
     }
@@ -160,7 +161,7 @@ impl Judge<'_> {
     fn interval(&self, scored: &Scored, i: usize, k: usize, sigma: &[f64]) -> (f64, f64) {
         let Fitted { model, theta, .. } = &scored.fitted;
         let value = model.parameters(i, theta)[k];
-        let unknown = model.unknowns.iter().position(|unknown| unknown.parameter_of(i) == Some(k));
+        let unknown = model.unknown_of(i, k);
         let deviation = unknown.map_or(0.0, |u| model.unknowns[u].spread(theta[u], sigma[u]));
         let spacing_s = self.dataset.records[0].spacing_s;
         let widened = intervals::widened(&scored.causes, i, k, value, deviation, spacing_s);

@@ -330,6 +330,11 @@ impl Model {
         Some((excess, excess > 0.0 && unknown.is_at_limit(*theta)))
     }
 
+    /// Number of the unknown that fits a parameter of an effect; `None` if the parameter is not fitted.
+    pub(crate) fn unknown_of(&self, effect: usize, parameter: usize) -> Option<usize> {
+        self.unknowns.iter().position(|unknown| unknown.parameter_of(effect) == Some(parameter))
+    }
+
     pub(crate) fn parameters(&self, effect: usize, theta: &[f64]) -> Vec<f64> {
         let mut values = self.tried[effect].effect.values.clone();
         for (unknown, &theta) in self.unknowns.iter().zip(theta) {

@@ -2,7 +2,9 @@
 //! together with them are then off as well.
 
 use crate::dataset::Dataset;
+use crate::fit::candidates::Candidate;
 use crate::fit::scored::Scored;
+use crate::kinds::{SURELY_LATE_ROWS, dossier};
 
 /// Largest delay of commands without a stated hold that raises no doubt, rows. A fast drive interpolates
 /// between rows or holds each value, and both act early. A later command may be a short lag.
@@ -33,5 +35,25 @@ pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
              them, such as a delay or a lag (state `hold`)"
         )
     });
-    values.chain(shifted).collect()
+    values.chain(shifted).chain(in_all(dataset, accepted)).collect()
+}
+
+/// The delay of commands without a stated hold, in words, if causes make it longer than a hold does, but not
+/// longer than a hold and its uncertain timing.
+fn in_all(dataset: &Dataset, accepted: &Scored) -> Option<String> {
+    let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
+    let column = dataset.first_sampled()?;
+    let spacing_s = dataset.records.first()?.spacing_s;
+    let is_late = |(_, cause): &(usize, &Candidate)| {
+        dataset.is_sampled_at(cause.site) && dossier(cause.definition.kind).is_late()
+    };
+    let late = accepted.causes.iter().enumerate().filter(is_late).map(|(i, _)| model.parameters(i, theta)[0]);
+    let late_s = late.reduce(|a, b| a + b)?;
+    let rows = model.leeway(theta).late_rows + late_s / spacing_s;
+    (rows < SURELY_LATE_ROWS).then(|| {
+        format!(
+            "commands of `{column}` act {rows:.2} rows after theirs in all, as fitted: a controller that holds \
+             them may cause up to {SURELY_LATE_ROWS} (state `hold`)"
+        )
+    })
 }

@@ -39,7 +39,7 @@ impl Model {
             (Target::PreslidingDamping, usual.damping_ratio, PRESLIDING_SPREAD[1]),
         ] {
             let centre = value.ln();
-            let bounds = (centre - 2.0 * sigma, centre + 2.0 * sigma);
+            let bounds = (centre - 3.0 * sigma, centre + 2.0 * sigma);
             let prior = Some((centre, sigma));
             self.unknowns.push(Unknown {
                 target,

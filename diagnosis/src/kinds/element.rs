@@ -94,9 +94,10 @@ impl<'a> Element<'a> {
     }
 }
 
-/// Delay of a command that is not a finding, rows. A command may be held for half a row, and its timing is
-/// known to half a row only.
-pub(crate) const LATE_ROWS: f64 = 1.0;
+/// Delay of a command that is not a finding, rows. A held command acts half a row after its row.
+pub(crate) const LATE_ROWS: f64 = 0.6;
+/// Smaller delays are no sure finding, rows: the timing of a held command is known to half a row only.
+pub(crate) const SURELY_LATE_ROWS: f64 = 1.0;
 
 /// Share of the largest speed below which a guide practically sticks.
 const AS_GOOD_AS_STUCK: f64 = 0.01;

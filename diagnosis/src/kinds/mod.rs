@@ -12,7 +12,7 @@ use feeler_catalogue::Key;
 use feeler_plant::effects::{Kind, Parameters, Trait};
 
 pub(crate) use balance::{At, Balance, Extent, Force, Form, spread};
-pub(crate) use element::{Element, Glance, LATE_ROWS, Seen, host_of};
+pub(crate) use element::{Element, Glance, LATE_ROWS, SURELY_LATE_ROWS, Seen, host_of};
 pub(crate) use force_ripple::ripples;
 
 /// Largest change of a quantisation step that was read from the values, as a logarithm.

@@ -1,7 +1,10 @@
 //! One mode of one machine: its equations as rows, and their propagation over a span.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::convert::Infallible;
 use std::ops::{Index, IndexMut};
+use std::rc::Rc;
 
 use feeler_lanes::{Blocks, dispatch};
 use feeler_lti::{eigenvalues, expm};
@@ -31,6 +34,14 @@ const CHECK_ANGLE: f64 = 1.2;
 const BRISTLE_ANGLE: f64 = 0.5;
 /// Largest number of parts of one span.
 const MOST_PARTS: usize = 64;
+
+/// Largest number of maps that a thread keeps.
+const MOST_MET: usize = 2048;
+
+thread_local! {
+    /// The maps over spans. A fit predicts several records with the same machine, one after the other.
+    static MET: RefCell<HashMap<Vec<u64>, Rc<Blocks<f64>>>> = RefCell::default();
+}
 
 /// The flows of the modes that a machine has reached.
 #[derive(Debug)]
@@ -107,7 +118,7 @@ pub(super) struct ModeFlow {
     /// contacts' forces and compressions.
     signal_rows: Blocks<f64>,
     /// For each span, the matrix that advances the states and evaluates the guards at each check.
-    spans: Vec<(u64, Blocks<f64>)>,
+    spans: Vec<(u64, Rc<Blocks<f64>>)>,
     /// The longest span; others are halves and quarters of it.
     longest_s: f64,
     /// Number of guard evaluations in the longest span.
@@ -206,19 +217,44 @@ impl ModeFlow {
         if let Some(i) = self.spans.iter().position(|(k, _)| *k == key) {
             return Ok(i);
         }
+        let carried = MET.with_borrow_mut(|met| {
+            let id = self.id(span_s);
+            if let Some(carried) = met.get(&id) {
+                return Ok(Rc::clone(carried));
+            }
+            if met.len() == MOST_MET {
+                met.clear();
+            }
+            let carried = Rc::new(self.carried(span_s)?);
+            met.insert(id, Rc::clone(&carried));
+            Ok::<_, DiagnosisError>(carried)
+        })?;
+        self.spans.push((key, carried));
+        Ok(self.spans.len() - 1)
+    }
+
+    /// Everything on which the map over a span depends, bit by bit.
+    fn id(&self, span_s: f64) -> Vec<u64> {
+        let rows = self.equations.guards.iter().flat_map(|guard| guard.row.iter());
+        let numbers = self.derivative.iter().chain(rows).map(|number| number.to_bits());
+        let sizes = [span_s.to_bits(), self.checks_in(span_s) as u64, self.states as u64];
+        sizes.into_iter().chain(numbers).collect()
+    }
+
+    /// The matrix that advances the states over a span and evaluates the guards at each check.
+    fn carried(&self, span_s: f64) -> Result<Blocks<f64>, DiagnosisError> {
         let (n, states) = (self.width, self.states);
         let mut a = DMatrix::zeros(n, n);
         a.rows_mut(0, states).copy_from(&DMatrix::from_row_slice(states, n, &self.derivative));
-        let e = expm(&(&a * span_s))?;
         let checks = self.checks_in(span_s);
-        let part = if checks > 1 { expm(&(a * (span_s / checks as f64)))? } else { e.clone() };
+        let part = expm(&(a * (span_s / checks as f64)))?;
         let guards = &self.equations.guards;
         let mut carried = Blocks::zeros(states + checks * guards.len(), n);
-        for i in 0..states {
-            carried.set_row(0, i, &e.row(i).iter().copied().collect::<Vec<_>>());
-        }
         let mut until = part.clone();
         for check in 0..checks {
+            if check > 0 {
+                until = &part * until;
+            }
             for (i, guard) in guards.iter().enumerate() {
                 let then: Vec<f64> = until
                     .column_iter()
@@ -226,12 +262,11 @@ impl ModeFlow {
                     .collect();
                 carried.set_row(0, states + check * guards.len() + i, &then);
             }
-            if check + 1 < checks {
-                until = &part * until;
-            }
         }
-        self.spans.push((key, carried));
-        Ok(self.spans.len() - 1)
+        for i in 0..states {
+            carried.set_row(0, i, &until.row(i).iter().copied().collect::<Vec<_>>());
+        }
+        Ok(carried)
     }
 
     /// Advances `xi` over a recurring span. `out` receives the states, then the guards at each check, the

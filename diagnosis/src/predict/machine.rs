@@ -9,9 +9,12 @@ use crate::error::DiagnosisError;
 
 /// Number of events within one row after which the rest of the row ignores guards: chatter is then faster
 /// than the record can show.
-const MOST_EVENTS: usize = 12;
+const MOST_EVENTS: usize = 24;
 /// Number of secant steps that locate an event. Rows are short against the motion, so this is enough.
 const SECANT_STEPS: usize = 3;
+/// Share by which an interval shrinks that begins at the trace of an event, and how often.
+const GROWN_SHARE: f64 = 0.25;
+const GROWN_STEPS: usize = 4;
 /// Share of a row below which a remainder is a rounding error.
 const SLIVER: f64 = 1e-9;
 
@@ -141,6 +144,8 @@ impl Moving {
                     self.move_by(state, share * left, false, &mut next)?;
                     state.xi.copy_from_slice(&next);
                 }
+                // Otherwise a surface that a correction moves against its sliding direction gains energy.
+                self.motion.stop_exactly(&self.flows[state.flow].equations, guard, &mut state.xi);
                 self.switch(state, guard);
                 left *= 1.0 - share;
                 events += 1;
@@ -215,13 +220,10 @@ impl Moving {
                 continue;
             }
             let start = dot(&guard.row, &state.xi);
-            if start <= 0.0 {
+            if start < 0.0 || (start <= 0.0 && flow.slope(&guard.row, &state.xi) <= 0.0) {
                 // The guard has just fired in the other direction, or a correction has moved the state beyond
-                // it. It fires unless the state is returning.
-                if start < 0.0 || end < start {
-                    return Ok(Some((i, 0.0)));
-                }
-                continue;
+                // it.
+                return Ok(Some((i, 0.0)));
             }
             let share = start / (start - end);
             if first.is_none_or(|(_, s)| share < s) {
@@ -231,6 +233,19 @@ impl Moving {
         let Some((i, mut share)) = first else { return Ok(None) };
         let row = flow.equations.guards[i].row.clone();
         let (mut a, mut fa, mut b, mut fb) = (0.0, dot(&row, &state.xi), 1.0, dot(&row, next));
+        if fa <= 0.0 {
+            // It is the trace of the last event and grows at first: the secant begins where it has grown.
+            for _ in 0..GROWN_STEPS {
+                a = GROWN_SHARE * b;
+                self.flows[state.flow].carry_once(a * span_s, &state.xi, &mut self.probe)?;
+                fa = dot(&row, &self.probe);
+                if fa > 0.0 {
+                    break;
+                }
+                (b, fb) = (a, fa);
+            }
+            share = a + (b - a) * fa.max(0.0) / (fa.max(0.0) - fb);
+        }
         for _ in 0..SECANT_STEPS {
             self.flows[state.flow].carry_once(share * span_s, &state.xi, &mut self.probe)?;
             let f = dot(&row, &self.probe);

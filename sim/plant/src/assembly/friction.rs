@@ -39,4 +39,17 @@ impl Friction {
         let levels = [self.forward, self.backward, self.stribeck_excess, self.load_ratio];
         levels.iter().any(|level| *level > 0.0) || self.over.is_some()
     }
+
+    /// The same law with `share` of each level.
+    #[must_use]
+    pub fn scaled(&self, share: f64) -> Self {
+        Self {
+            forward: share * self.forward,
+            backward: share * self.backward,
+            stribeck_excess: share * self.stribeck_excess,
+            load_ratio: share * self.load_ratio,
+            over: self.over.map(|table| table.scaled(share)),
+            ..*self
+        }
+    }
 }

@@ -34,6 +34,12 @@ impl TabulatedForce {
         Self::between(values[0], values[1], std::array::from_fn(|i| values[2 + i]))
     }
 
+    /// The table with `share` of each force.
+    #[must_use]
+    pub fn scaled(&self, share: f64) -> Self {
+        Self { forces: self.forces.map(|force| share * force), ..*self }
+    }
+
     /// Place and force of each point.
     pub fn points(&self) -> [[f64; 2]; POINTS] {
         std::array::from_fn(|i| [self.from + self.spacing * i as f64, self.forces[i]])

@@ -28,7 +28,7 @@ impl Default for Presliding {
 
 /// Parallel bristles: the share of the stiffness and of the level that each has. A single bristle would yield
 /// linearly up to the whole level; real friction yields ever more easily (Dahl).
-const BRISTLES: [[f64; 2]; 3] = [[0.519, 0.234], [0.333, 0.376], [0.148, 0.39]];
+const BRISTLES: [[f64; 2]; 2] = [[0.749, 0.472], [0.251, 0.528]];
 
 /// Share of a body's mass that is assigned to its sliding surface: small against the body, but large enough
 /// that the surface needs no finer steps.

@@ -66,6 +66,11 @@ fn cold_start(machine: &Machine) -> Option<String> {
 }
 
 impl Judge<'_> {
+    /// Share of the gap that accepted causes close.
+    pub(crate) fn closed(&self, accepted: &Scored) -> f64 {
+        self.errors(accepted).gap.closed
+    }
+
     fn errors(&self, accepted: &Scored) -> Errors {
         let (task, checks) = (&self.search.task, self.checks());
         let calibrated = &self.search.calibrated.fitted;

@@ -1,10 +1,10 @@
 //! Presliding of dry friction: before a guide slides, it deflects like a spring by micrometres.
 //!
 //! A set-valued law holds a guide perfectly still, so that every small motion near a reversal or under a
-//! preload would be an error. Here a stiff damped spring connects the sliding surface to its body (Prandtl's
-//! element, the one-bristle case of Maxwell slip). While the guide sticks, the body oscillates on that
-//! spring; while it slides, the friction level acts as before. The spring is not an effect: it is part of how
-//! any dry friction appears in records.
+//! preload would be an error. Here stiff damped springs connect sliding surfaces to their body, each with a
+//! share of the friction (Maxwell slip). While the guide sticks, the body oscillates on these springs; while
+//! it slides, the friction level acts as before. The springs are not an effect: they are part of how any dry
+//! friction appears in records.
 
 use std::f64::consts::TAU;
 
@@ -26,8 +26,9 @@ impl Default for Presliding {
     }
 }
 
-/// Parallel bristles: the share of the stiffness and of the level that each has. A single bristle would yield
-/// linearly up to the whole level; real friction yields ever more easily (Dahl).
+/// Parallel bristles (Maxwell slip): the share of the stiffness and of the level that each has. A single
+/// bristle yields linearly up to the whole level. Real friction yields ever more easily: its force approaches
+/// the level exponentially (Dahl 1968). Two bristles stay within 6 % of that curve.
 const BRISTLES: [[f64; 2]; 2] = [[0.749, 0.472], [0.251, 0.528]];
 
 /// Share of a body's mass that is assigned to its sliding surface: small against the body, but large enough
@@ -167,24 +168,43 @@ mod tests {
         }
     }
 
+    /// A guide with too much friction sticks while corrections move its body. The prediction then stays beside
+    /// the measured motion: neither bristle may gain energy from a correction against its direction.
     #[test]
-    fn dbg_too_much_friction() {
-        for level in [0.58,0.8,1.0,1.3] {
-            let spacing_s = 0.002;
-            let blank = dataset(spacing_s, vec![0.0; ROWS]);
-            let exact =
-                predicted(&blank, |assembly| Predictor::new(assembly, &blank, &blank.records[0])?.free());
-            let seen = dataset(spacing_s, exact.iter().map(|x| (x / STEP_M).round() * STEP_M).collect());
-            let window = Start::Windows((0.05 / spacing_s) as usize);
-            let quick = predicted(&seen, |mut assembly| {
-                for link in &mut assembly.links { if link.friction.acts() { link.friction.forward = level; link.friction.backward = level; } }
+    fn truth_a_guide_with_too_much_friction_is_corrected_and_gains_no_energy() {
+        let blank = dataset(0.002, vec![0.0; ROWS]);
+        let exact = predicted(&blank, |assembly| Predictor::new(assembly, &blank, &blank.records[0])?.free());
+        let mean = exact.iter().sum::<f64>() / ROWS as f64;
+        let seen = dataset(0.002, exact.clone());
+        for times in [1.4, 1.7, 2.2] {
+            let followed = predicted(&seen, |mut assembly| {
+                for link in assembly.links.iter_mut().filter(|link| link.friction.acts()) {
+                    link.friction = link.friction.scaled(times);
+                }
                 Predictor::with(assembly, Leeway::default(), &seen, &seen.records[0])?
-                    .follow(Anchoring::Continuous, window)
+                    .follow(Anchoring::Continuous, Start::Windows(25))
             });
-            let mean = exact.iter().sum::<f64>() / ROWS as f64;
             let rms = |of: &dyn Fn(usize) -> f64| ((0..ROWS).map(|k| of(k).powi(2)).sum::<f64>()).sqrt();
-            println!("level {level}: {}", rms(&|k| quick[k] - exact[k]) / rms(&|k| exact[k] - mean));
-            
+            let off = rms(&|k| followed[k] - exact[k]) / rms(&|k| exact[k] - mean);
+            // The observer holds the error at the surplus of friction over its stiffness, 3 to 5 % here. A
+            // prediction that gains energy is off by more than the motion itself.
+            assert!(off < 0.1, "{times} times the friction: off by {off} of the motion");
+        }
+    }
+
+    /// While it yields, a guide follows Dahl's curve: the force is `1 - exp(-x)` of the level, at a deflection
+    /// of `x` times the length over which the level would be reached at the initial stiffness.
+    #[test]
+    fn truth_the_bristles_yield_as_dahls_law_does() {
+        let sum = |of: &dyn Fn([f64; 2]) -> f64| BRISTLES.map(of).iter().sum::<f64>();
+        assert!((sum(&|[stiffness, _]| stiffness) - 1.0).abs() < 1e-12);
+        assert!((sum(&|[_, level]| level) - 1.0).abs() < 1e-12);
+        // Both bristles together begin with 0.7 of the stiffness that the law has at first.
+        let length = 0.7;
+        for i in 0..100 {
+            let x = 0.05 * f64::from(i);
+            let force = sum(&|[stiffness, level]| (stiffness * length * x).min(level));
+            assert!((force - (1.0 - (-x).exp())).abs() < 0.06, "{x}: {force}");
         }
     }
 }

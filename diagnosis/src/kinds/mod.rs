@@ -303,7 +303,7 @@ mod tests {
         let seen = Seen { ends_m: [0.0, 1.0], command_n: 1.0, instant_s: 0.01, ..Seen::default() };
         for late_rows in [-0.5, -0.1, 0.0, 0.3, 0.5] {
             let is_held = |rows: f64| seen.beside(Some(late_rows)).is_in_time(0.01 * (rows - late_rows));
-            assert!(is_held(0.99) && !is_held(1.01), "{late_rows}");
+            assert!(is_held(0.99 * LATE_ROWS) && !is_held(1.01 * LATE_ROWS), "{late_rows}");
         }
         assert!(!seen.beside(None).is_in_time(1e-5));
     }

@@ -124,13 +124,19 @@ fn answer(late_rows: f64) -> feeler_diagnosis::report::Diagnosis {
 
 #[test]
 fn truth_commands_that_act_as_late_as_held_ones_may_leave_a_doubt() {
-    let told = |late_rows: f64| {
+    let told = |late_rows: f64, what: &str| {
         let answer = answer(late_rows);
-        answer.adequacy.shortfalls.iter().any(|short| {
-            short.condition == Condition::Tolerance && short.what.contains("commands of `command` act +0.50")
-        })
+        answer
+            .adequacy
+            .shortfalls
+            .iter()
+            .any(|short| short.condition == Condition::Tolerance && short.what.contains(what))
     };
-    assert!(!told(0.2) && told(0.65));
+    let late = "commands of `command` act";
+    assert!(!told(0.2, late));
+    assert!(told(0.52, &format!("{late} +0.50 rows after theirs")));
+    // Later than any held command, but not later than a held one with uncertain timing.
+    assert!(told(0.7, "rows after theirs in all"));
 }
 
 #[test]

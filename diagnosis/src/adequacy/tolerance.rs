@@ -52,8 +52,8 @@ fn in_all(dataset: &Dataset, accepted: &Scored) -> Option<String> {
     let rows = model.leeway(theta).late_rows + late_s / spacing_s;
     (rows < SURELY_LATE_ROWS).then(|| {
         format!(
-            "commands of `{column}` act {rows:.2} rows after theirs in all, as fitted: a controller that holds \
-             them may cause up to {SURELY_LATE_ROWS} (state `hold`)"
+            "commands of `{column}` act {rows:.2} rows after theirs in all, as fitted: a controller that \
+             holds them may cause up to {SURELY_LATE_ROWS} (state `hold`)"
         )
     })
 }

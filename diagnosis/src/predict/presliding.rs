@@ -168,8 +168,8 @@ mod tests {
         }
     }
 
-    /// A guide with too much friction sticks while corrections move its body. The prediction then stays beside
-    /// the measured motion: neither bristle may gain energy from a correction against its direction.
+    /// A guide with too much friction sticks while corrections move its body. The prediction then stays
+    /// near the measured motion: no bristle gains energy from a correction against its direction.
     #[test]
     fn truth_a_guide_with_too_much_friction_is_corrected_and_gains_no_energy() {
         let blank = dataset(0.002, vec![0.0; ROWS]);
@@ -192,8 +192,8 @@ mod tests {
         }
     }
 
-    /// While it yields, a guide follows Dahl's curve: the force is `1 - exp(-x)` of the level, at a deflection
-    /// of `x` times the length over which the level would be reached at the initial stiffness.
+    /// While it yields, a guide follows Dahl's curve: the force is `1 - exp(-x)` of the level. Here `x` is the
+    /// deflection over the length at which the initial stiffness alone would reach the level.
     #[test]
     fn truth_the_bristles_yield_as_dahls_law_does() {
         let sum = |of: &dyn Fn([f64; 2]) -> f64| BRISTLES.map(of).iter().sum::<f64>();

@@ -234,8 +234,8 @@ impl<'a> Composing<'a> {
 
     /// Drops causes whose size may be that of an absent cause. Of nine such causes of several on three wild
     /// seeds none was hidden. A cause stays if a believed value or the timing of commands would then end at
-    /// its limit. The last cause also stays if it removes a fair part of the error: on five wild seeds the
-    /// four such causes were hidden, and none of the five that removed little.
+    /// its limit. The last cause also stays if it removes a fair part of the error. On five wild seeds four
+    /// such causes were hidden, and none of the five that removed little.
     fn drop_absent(&mut self) {
         let at_limit = |Scored { fitted: Fitted { model, theta, .. }, .. }: &Scored| {
             model.at_limits(theta).len() + usize::from(model.is_timing_at_limit(theta))

@@ -192,8 +192,8 @@ mod tests {
         }
     }
 
-    /// While it yields, a guide follows Dahl's curve: the force is `1 - exp(-x)` of the level. Here `x` is the
-    /// deflection over the length at which the initial stiffness alone would reach the level.
+    /// While it yields, a guide follows Dahl's curve: the force is `1 - exp(-x)` of the level. Here `x` is
+    /// the deflection over the length at which the initial stiffness alone would reach the level.
     #[test]
     fn truth_the_bristles_yield_as_dahls_law_does() {
         let sum = |of: &dyn Fn([f64; 2]) -> f64| BRISTLES.map(of).iter().sum::<f64>();

@@ -8,7 +8,7 @@ use crate::kinds::{SURELY_LATE_ROWS, dossier};
 
 /// Largest delay of commands without a stated hold that raises no doubt, rows. A fast drive interpolates
 /// between rows or holds each value, and both act early. A later command may be a short lag.
-const MOST_LATE_ROWS: f64 = 0.2;
+const UNDOUBTED_ROWS: f64 = 0.2;
 
 /// The believed values at the limits of their tolerances, and commands that act late or at the limit of their
 /// timing, in words.
@@ -27,12 +27,12 @@ pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
     };
     let values = model.at_limits(theta).into_iter().map(say);
     let rows = model.leeway(theta).late_rows;
-    let is_doubtful = model.is_timing_at_limit(theta) || rows > MOST_LATE_ROWS;
+    let is_doubtful = model.is_timing_at_limit(theta) || rows > UNDOUBTED_ROWS;
     let column = dataset.first_sampled().filter(|_| is_doubtful);
     let shifted = column.map(|column| {
         format!(
-            "commands of `{column}` act {rows:+.2} rows after theirs, as fitted: something else may shift \
-             them, such as a delay or a lag (state `hold`)"
+            "commands of `{column}` act {rows:+.2} rows late, as fitted: something else may shift them, such \
+             as a delay or a lag (state `hold`)"
         )
     });
     values.chain(shifted).chain(in_all(dataset, accepted)).collect()
@@ -52,8 +52,8 @@ fn in_all(dataset: &Dataset, accepted: &Scored) -> Option<String> {
     let rows = model.leeway(theta).late_rows + late_s / spacing_s;
     (rows < SURELY_LATE_ROWS).then(|| {
         format!(
-            "commands of `{column}` act {rows:.2} rows after theirs in all, as fitted: a controller that \
-             holds them may cause up to {SURELY_LATE_ROWS} (state `hold`)"
+            "commands of `{column}` act {rows:.2} rows late in all, as fitted: up to {SURELY_LATE_ROWS} rows \
+             may be a hold with uncertain timing (state `hold`)"
         )
     })
 }

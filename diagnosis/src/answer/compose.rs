@@ -104,13 +104,13 @@ impl Judge<'_> {
         }
         adequacy.add_rivals(self.maybe_absent(accepted, sigma));
         adequacy.add_untried(attempts.untried.len());
-        if !adequacy.is_balanced {
-            let mut left = unknown::unexplained(&self.search.calibrated, accepted);
-            // The stated or estimated noise may be too small.
-            left.retain(|(_, sigmas)| !adequacy.is_noise || sigmas * sigmas > NOISY * unknown::ADEQUATE);
-            let column = |(c, sigmas): (usize, f64)| (self.search.task.weighed_as(c), sigmas);
-            adequacy.add_unexplained(left.into_iter().map(column));
-        }
+        let mut left = unknown::unexplained(&self.search.calibrated, accepted);
+        // A balance of forces does not see how two bodies of a chain move against each other.
+        left.retain(|(c, _)| !adequacy.is_balanced || self.search.task.weights.is_elongation(*c));
+        // The stated or estimated noise may be too small.
+        left.retain(|(_, sigmas)| !adequacy.is_noise || sigmas * sigmas > NOISY * unknown::ADEQUATE);
+        let column = |(c, sigmas): (usize, f64)| (self.search.task.weighed_as(c), sigmas);
+        adequacy.add_unexplained(left.into_iter().map(column));
         let machine = self.proposed(accepted, &mut adequacy);
         (adequacy, machine)
     }

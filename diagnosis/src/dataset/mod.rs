@@ -18,6 +18,7 @@ mod regrid;
 mod scatter;
 mod targets;
 mod units;
+mod work;
 
 pub(crate) use bridge::breaks;
 pub use data::{Channel, Dataset, Driven, Record};

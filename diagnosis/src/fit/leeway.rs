@@ -16,6 +16,10 @@ const STIFFER: f64 = 1.4;
 /// Prior standard deviations of presliding frequency and damping ratio, as logarithms.
 const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];
 
+/// Deviations below the usual value to which presliding frequency and damping ratio are searched. A slow
+/// axis with much friction yields over a thousandth of its stroke: at 2 Hz or so.
+const PRESLIDING_BELOW: [f64; 2] = [3.0, 2.0];
+
 impl Model {
     /// Adds the unknown instant at which commands act, for commands without a stated hold. It is within half
     /// a row of the row; half a row later corresponds to a held command.
@@ -34,12 +38,12 @@ impl Model {
     /// Adds the presliding of sticking guides to the unknowns.
     pub(super) fn free_presliding(&mut self) {
         let usual = Presliding::default();
-        for (target, value, sigma) in [
-            (Target::PreslidingFrequency, usual.frequency_hz, PRESLIDING_SPREAD[0]),
-            (Target::PreslidingDamping, usual.damping_ratio, PRESLIDING_SPREAD[1]),
+        for (target, value, sigma, below) in [
+            (Target::PreslidingFrequency, usual.frequency_hz, PRESLIDING_SPREAD[0], PRESLIDING_BELOW[0]),
+            (Target::PreslidingDamping, usual.damping_ratio, PRESLIDING_SPREAD[1], PRESLIDING_BELOW[1]),
         ] {
             let centre = value.ln();
-            let bounds = (centre - 3.0 * sigma, centre + 2.0 * sigma);
+            let bounds = (centre - below * sigma, centre + 2.0 * sigma);
             let prior = Some((centre, sigma));
             self.unknowns.push(Unknown {
                 target,

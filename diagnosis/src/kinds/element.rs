@@ -94,7 +94,8 @@ impl<'a> Element<'a> {
     }
 }
 
-/// Delay of a command that is not a finding, rows. A held command acts half a row after its row.
+/// Delay of a command that is not a finding, rows. A held command acts half a row after its row; fits are off
+/// by some hundredths.
 pub(crate) const LATE_ROWS: f64 = 0.55;
 /// Smaller delays are no sure finding, rows: the timing of a held command is known to half a row only.
 pub(crate) const SURELY_LATE_ROWS: f64 = 1.0;

@@ -35,8 +35,8 @@ const BRISTLE_ANGLE: f64 = 0.5;
 /// Largest number of parts of one span.
 const MOST_PARTS: usize = 64;
 
-/// Largest number of maps that a thread keeps.
-const MOST_MET: usize = 2048;
+/// Largest number of maps that a thread keeps, some 10 KB each.
+const MOST_MET: usize = 512;
 
 thread_local! {
     /// The maps over spans. A fit predicts several records with the same machine, one after the other.

@@ -12,11 +12,26 @@ use crate::error::DiagnosisError;
 const MOST_EVENTS: usize = 24;
 /// Number of secant steps that locate an event. Rows are short against the motion, so this is enough.
 const SECANT_STEPS: usize = 3;
-/// Share by which an interval shrinks that begins at the trace of an event, and how often.
+/// Share to which an interval shrinks that begins at the trace of an event, and how often.
 const GROWN_SHARE: f64 = 0.25;
 const GROWN_STEPS: usize = 4;
 /// Share of a row below which a remainder is a rounding error.
 const SLIVER: f64 = 1e-9;
+
+/// Two shares of a span, and the values of a guard there: the first is not below zero, the second is.
+#[derive(Clone, Copy, Debug)]
+struct Bracket {
+    from: [f64; 2],
+    to: [f64; 2],
+}
+
+impl Bracket {
+    /// The share at which the line through both values is zero.
+    fn share(&self) -> f64 {
+        let ([a, at_a], [b, at_b]) = (self.from, self.to);
+        a + (b - a) * at_a / (at_a - at_b)
+    }
+}
 
 /// Precision with which a motion is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -212,54 +227,69 @@ impl Moving {
         next: &mut [f64],
         span_s: f64,
     ) -> Result<Option<(usize, f64)>, DiagnosisError> {
-        let flow = &self.flows[state.flow];
-        let mut first: Option<(usize, f64)> = None;
-        for (i, guard) in flow.equations.guards.iter().enumerate() {
-            let end = dot(&guard.row, next);
+        let mut first: Option<(usize, Bracket)> = None;
+        for i in 0..self.flows[state.flow].equations.guards.len() {
+            let flow = &self.flows[state.flow];
+            let row = &flow.equations.guards[i].row;
+            let (start, end) = (dot(row, &state.xi), dot(row, next));
             if end >= 0.0 {
                 continue;
             }
-            let start = dot(&guard.row, &state.xi);
-            if start < 0.0 || (start <= 0.0 && flow.slope(&guard.row, &state.xi) <= 0.0) {
+            if start < 0.0 || (start <= 0.0 && flow.slope(row, &state.xi) <= 0.0) {
                 // The guard has just fired in the other direction, or a correction has moved the state beyond
                 // it.
                 return Ok(Some((i, 0.0)));
             }
-            let share = start / (start - end);
-            if first.is_none_or(|(_, s)| share < s) {
-                first = Some((i, share));
+            let mut bracket = Bracket { from: [0.0, start], to: [1.0, end] };
+            if start <= 0.0 {
+                self.shrink(&mut bracket, state, i, span_s)?;
+            }
+            if first.as_ref().is_none_or(|(_, other)| bracket.share() < other.share()) {
+                first = Some((i, bracket));
             }
         }
-        let Some((i, mut share)) = first else { return Ok(None) };
-        let row = flow.equations.guards[i].row.clone();
-        let (mut a, mut fa, mut b, mut fb) = (0.0, dot(&row, &state.xi), 1.0, dot(&row, next));
-        if fa <= 0.0 {
-            // It is the trace of the last event and grows at first: the secant begins where it has grown.
-            for _ in 0..GROWN_STEPS {
-                a = GROWN_SHARE * b;
-                self.flows[state.flow].carry_once(a * span_s, &state.xi, &mut self.probe)?;
-                fa = dot(&row, &self.probe);
-                if fa > 0.0 {
-                    break;
-                }
-                (b, fb) = (a, fa);
-            }
-            share = a + (b - a) * fa.max(0.0) / (fa.max(0.0) - fb);
-        }
+        let Some((i, mut bracket)) = first else { return Ok(None) };
         for _ in 0..SECANT_STEPS {
-            self.flows[state.flow].carry_once(share * span_s, &state.xi, &mut self.probe)?;
-            let f = dot(&row, &self.probe);
-            if f > 0.0 {
-                (a, fa) = (share, f);
+            let share = bracket.share();
+            let value = self.guard_after(state, i, share * span_s)?;
+            if value > 0.0 {
+                bracket.from = [share, value];
             } else {
-                (b, fb) = (share, f);
+                bracket.to = [share, value];
             }
-            if fa <= fb {
+            if bracket.from[1] <= bracket.to[1] {
+                return Ok(Some((i, share)));
+            }
+        }
+        Ok(Some((i, bracket.share())))
+    }
+
+    /// Shrinks the bracket of a guard that begins at the trace of the last event, until it begins where the
+    /// guard has grown. A guard that grows for an instant only fires at once.
+    fn shrink(
+        &mut self,
+        bracket: &mut Bracket,
+        state: &State,
+        guard: usize,
+        span_s: f64,
+    ) -> Result<(), DiagnosisError> {
+        for _ in 0..GROWN_STEPS {
+            let share = GROWN_SHARE * bracket.to[0];
+            let value = self.guard_after(state, guard, share * span_s)?;
+            if value >= 0.0 {
+                bracket.from = [share, value];
                 break;
             }
-            share = a + (b - a) * fa / (fa - fb);
+            bracket.to = [share, value];
         }
-        Ok(Some((i, share)))
+        Ok(())
+    }
+
+    /// Value of a guard after a part of a span.
+    fn guard_after(&mut self, state: &State, guard: usize, span_s: f64) -> Result<f64, DiagnosisError> {
+        let flow = &mut self.flows[state.flow];
+        flow.carry_once(span_s, &state.xi, &mut self.probe)?;
+        Ok(dot(&flow.equations.guards[guard].row, &self.probe))
     }
 
     /// Applies the change of state when a guard fires.

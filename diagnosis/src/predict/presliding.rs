@@ -28,7 +28,7 @@ impl Default for Presliding {
 
 /// Parallel bristles (Maxwell slip): the share of the stiffness and of the level that each has. A single
 /// bristle yields linearly up to the whole level. Real friction yields ever more easily: its force approaches
-/// the level exponentially (Dahl 1968). Two bristles stay within 6 % of that curve.
+/// the level exponentially (Dahl 1968). Two bristles stay within 5 % of that curve.
 const BRISTLES: [[f64; 2]; 2] = [[0.749, 0.472], [0.251, 0.528]];
 
 /// Share of a body's mass that is assigned to its sliding surface: small against the body, but large enough
@@ -204,7 +204,7 @@ mod tests {
         for i in 0..100 {
             let x = 0.05 * f64::from(i);
             let force = sum(&|[stiffness, level]| (stiffness * length * x).min(level));
-            assert!((force - (1.0 - (-x).exp())).abs() < 0.06, "{x}: {force}");
+            assert!((force - (1.0 - (-x).exp())).abs() < 0.051, "{x}: {force}");
         }
     }
 }

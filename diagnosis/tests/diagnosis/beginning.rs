@@ -134,9 +134,9 @@ fn truth_commands_that_act_as_late_as_held_ones_may_leave_a_doubt() {
     };
     let late = "commands of `command` act";
     assert!(!told(0.1, late));
-    assert!(told(0.52, &format!("{late} +0.50 rows after theirs")));
+    assert!(told(0.52, &format!("{late} +0.50 rows late")));
     // Later than any held command, but not later than a held one with uncertain timing.
-    assert!(told(0.7, "rows after theirs in all"));
+    assert!(told(0.7, "rows late in all"));
 }
 
 #[test]

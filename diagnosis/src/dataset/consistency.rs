@@ -94,10 +94,10 @@ pub(super) fn check(dataset: &Dataset, columns: &IndexMap<String, ColumnSpec>) -
         commands.extend(body.commands(r, &sticks[r], &references));
         forces.extend(body.forces(r, &sticks[r], &references, &mut odd));
         body.targets(r, &mut odd);
-        body.work(r, &mut odd);
     }
     body.force_clocks(&forces, &mut odd);
     body.command_clocks(&commands, &mut odd);
+    body.work(&mut odd);
     merge(dataset, odd)
 }
 

@@ -5,48 +5,56 @@ use feeler_plant::assembly::GROUND_NODE;
 use feeler_plant::description::Quantity;
 
 use super::consistency::{Body, Odd};
+use super::data::Record;
 use super::fault::FaultKind;
 
 /// Number of stretches of a record over which the command is averaged: far fewer than rows, so that noise and
 /// encoder steps hardly move, and some in every swing.
 const STRETCHES: usize = 400;
-/// A command whose work over a closed path is below this share of the work without signs drives an energy out
-/// of the machine that nothing has put in. The speed at both ends accounts for less.
+/// Work over closed paths, as a share of the work without signs, below which energy would come out of a
+/// machine that nothing has put in. The speed at both ends accounts for less.
 const BACKWARD: f64 = -0.2;
 
 impl Body<'_> {
-    /// Reports a position that moves against its command. A machine only takes energy over a closed path.
-    pub(super) fn work(&self, r: usize, odd: &mut Vec<Odd>) {
+    /// Reports a position that moves against its command, over all experiments together. A machine only takes
+    /// energy over a closed path. A drive at its limit may seem to give some back in one experiment.
+    pub(super) fn work(&self, odd: &mut Vec<Odd>) {
         let is_moved = self.assembly.drives.iter().any(|drive| drive.imposed.is_some())
             || self.assembly.contacts.iter().any(|contact| contact.profile.is_some());
-        let is_named = odd.iter().any(|odd| {
-            odd.record == r && matches!(odd.kind, FaultKind::Units { factor, .. } if factor < 0.0)
-        });
-        if is_moved || is_named {
+        let is_named = |odd: &Odd| matches!(odd.kind, FaultKind::Units { factor, .. } if factor < 0.0);
+        if is_moved || odd.iter().any(is_named) {
             return;
         }
-        let record = &self.dataset.records[r];
-        for (channel, series) in self.dataset.channels.iter().zip(&record.series) {
+        for (c, channel) in self.dataset.channels.iter().enumerate() {
             let Some((node, to, Quantity::Position)) = self.assembly.node_read(channel.source) else {
                 continue;
             };
             if self.groups[to] != self.groups[GROUND_NODE] {
                 continue;
             }
-            let Some((command, other, _)) = self.drive_of(record, self.groups[node]) else { continue };
-            let positions = self.without_gain(channel, series.clone());
-            if closed_work(command, &positions).is_some_and(|share| share < BACKWARD) {
-                let kind = FaultKind::Units { other, factor: -1.0, what: "-1 (a sign?)", experiments: 1 };
-                odd.push(Odd { record: r, column: channel.column.clone(), kind });
+            let of = |(r, record): (usize, &Record)| {
+                let (command, other, _) = self.drive_of(record, self.groups[node])?;
+                let positions = self.without_gain(channel, record.series[c].clone());
+                Some((r, other, closed_work(command, &positions)?))
+            };
+            let works: Vec<_> = self.dataset.records.iter().enumerate().filter_map(of).collect();
+            let [work, plain] = [0, 1].map(|i| works.iter().map(|(.., both)| both[i]).sum::<f64>());
+            if work < BACKWARD * plain {
+                let backward = works.into_iter().filter(|(.., [work, _])| *work < 0.0);
+                odd.extend(backward.map(|(record, other, _)| {
+                    let what = "-1 (a sign?)";
+                    let kind = FaultKind::Units { other, factor: -1.0, what, experiments: 1 };
+                    Odd { record, column: channel.column.clone(), kind }
+                }));
                 return;
             }
         }
     }
 }
 
-/// Work of a command over the longest closed path from the first position, as a share of the work without
-/// signs. `None` if the path closes in the first half of the record only.
-fn closed_work(command: &[f64], positions: &[f64]) -> Option<f64> {
+/// Work of a command over the longest closed path from the first position, and the same without signs.
+/// `None` if the path closes in the first half of the record only.
+fn closed_work(command: &[f64], positions: &[f64]) -> Option<[f64; 2]> {
     let rows = (positions.len() / STRETCHES).max(1);
     let ends: Vec<f64> = positions.iter().step_by(rows).copied().collect();
     let first = *ends.first()?;
@@ -58,8 +66,7 @@ fn closed_work(command: &[f64], positions: &[f64]) -> Option<f64> {
         .take(last)
         .map(|(command, ends)| command.iter().sum::<f64>() / command.len() as f64 * (ends[1] - ends[0]))
         .collect();
-    let plain: f64 = works.iter().map(|work| work.abs()).sum();
-    (plain > 0.0).then(|| works.iter().sum::<f64>() / plain)
+    Some([works.iter().sum(), works.iter().map(|work| work.abs()).sum()])
 }
 
 #[cfg(test)]
@@ -68,7 +75,7 @@ mod tests {
 
     /// A force that moves a mass of one against damping and dry friction, four swings long, with noise as
     /// large as the friction.
-    fn forced(damping: f64, friction: f64, sign: f64) -> Option<f64> {
+    fn forced(damping: f64, friction: f64, sign: f64) -> f64 {
         let wave = |k: usize| (std::f64::consts::TAU * k as f64 / 1000.0).sin_cos();
         let noise = |k: usize| 2.0 * friction * (((k * 7919) % 1009) as f64 / 1009.0 - 0.5);
         let command: Vec<f64> = (0..4200)
@@ -78,17 +85,18 @@ mod tests {
             })
             .collect();
         let positions: Vec<f64> = (0..4200).map(|k| sign * (wave(k).0 * 500.0).round() / 500.0).collect();
-        closed_work(&command, &positions)
+        let [work, plain] = closed_work(&command, &positions).unwrap();
+        work / plain
     }
 
     #[test]
     fn truth_only_a_reversed_sign_takes_energy_out_of_a_machine() {
         for (damping, friction) in [(0.3, 0.0), (0.1, 0.5), (1.0, 3.0)] {
-            let [right, reversed] = [1.0, -1.0].map(|sign| forced(damping, friction, sign).unwrap());
+            let [right, reversed] = [1.0, -1.0].map(|sign| forced(damping, friction, sign));
             assert!(right > -BACKWARD && reversed < BACKWARD, "{right} {reversed}");
         }
         // Without losses a closed path takes no work in either direction.
-        let [right, reversed] = [1.0, -1.0].map(|sign| forced(0.0, 0.0, sign).unwrap());
+        let [right, reversed] = [1.0, -1.0].map(|sign| forced(0.0, 0.0, sign));
         assert!(right > BACKWARD && reversed > BACKWARD, "{right} {reversed}");
     }
 

@@ -55,14 +55,17 @@ pub fn diagnose_within(
         return Ok(answer);
     }
     composing.add_causes(progress);
+    progress("trying pairs of causes");
     if composing.try_pairs() {
         composing.add_causes(progress);
     }
+    progress("exchanging single causes");
     composing.simplify();
     composing.drop_absent();
     composing.split();
     progress("weighing the answer");
     let mut answer = composing.judge.answer(&composing.accepted, &composing.rivals, &composing.attempts);
+    progress("fitting a table of the missing force");
     composing.judge.add_table(&mut answer, &composing.accepted);
     if answer.gap.before.is_finite() && answer.gap.refit.is_finite() {
         Ok(answer)

@@ -254,7 +254,9 @@ impl Judge<'_> {
             let (value, half) = self.interval(scored, i, k, sigma);
             let dimension = candidate.definition.dimension_of(parameter, command);
             let unit = dimension.si_unit(rotational).into_owned();
-            parameters.insert(parameter.name, Estimate { value, ci90: [value - half, value + half], unit });
+            let (low, high) = parameter.bounds;
+            let ci90 = [(value - half).max(low.min(value)), (value + half).min(high.max(value))];
+            parameters.insert(parameter.name, Estimate { value, ci90, unit });
         }
         Cause {
             kind: candidate.definition.kind,

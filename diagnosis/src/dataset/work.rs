@@ -11,8 +11,8 @@ use super::fault::FaultKind;
 /// Number of stretches of a record over which the command is averaged: far fewer than rows, so that noise and
 /// encoder steps hardly move, and some in every swing.
 const STRETCHES: usize = 400;
-/// Work over closed paths, as a share of the work without signs, below which energy would come out of a
-/// machine that nothing has put in. The speed at both ends accounts for less.
+/// Work over closed paths, as a share of the work without signs, below which a machine would give energy. The
+/// speed at both ends accounts for less.
 const BACKWARD: f64 = -0.2;
 
 impl Body<'_> {

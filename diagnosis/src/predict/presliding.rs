@@ -195,16 +195,25 @@ mod tests {
     /// While it yields, a guide follows Dahl's curve: the force is `1 - exp(-x)` of the level. Here `x` is
     /// the deflection over the length at which the initial stiffness alone would reach the level.
     #[test]
-    fn truth_the_bristles_yield_as_dahls_law_does() {
-        let sum = |of: &dyn Fn([f64; 2]) -> f64| BRISTLES.map(of).iter().sum::<f64>();
-        assert!((sum(&|[stiffness, _]| stiffness) - 1.0).abs() < 1e-12);
-        assert!((sum(&|[_, level]| level) - 1.0).abs() < 1e-12);
+    fn truth_a_softened_guide_yields_as_dahls_law_does() {
+        let mut assembly = assemble(&dataset(0.002, vec![0.0; ROWS]).machine).expect("it assembles");
+        let surfaces = Presliding::default().soften(&mut assembly);
+        let of = |surface: usize, what: fn(&Link) -> f64| {
+            let own = assembly.links.iter().filter(|link| [link.a, link.b].contains(&surface));
+            own.map(what).sum::<f64>()
+        };
+        let bristles: Vec<[f64; 2]> = (surfaces.iter())
+            .map(|&surface| [of(surface, |link| link.stiffness), of(surface, |link| link.friction.forward)])
+            .collect();
+        let [stiffness, level] = [0, 1].map(|i| bristles.iter().map(|bristle| bristle[i]).sum::<f64>());
+        assert!((stiffness / (32.0 * (TAU * 60.0).powi(2)) - 1.0).abs() < 1e-12);
+        assert!((level / 0.58 - 1.0).abs() < 1e-12);
         // Both bristles together begin with 0.7 of the stiffness that the law has at first.
-        let length = 0.7;
+        let length = 0.7 * level / stiffness;
         for i in 0..100 {
             let x = 0.05 * f64::from(i);
-            let force = sum(&|[stiffness, level]| (stiffness * length * x).min(level));
-            assert!((force - (1.0 - (-x).exp())).abs() < 0.051, "{x}: {force}");
+            let force: f64 = bristles.iter().map(|[k, most]| (k * length * x).min(*most)).sum();
+            assert!((force / level - (1.0 - (-x).exp())).abs() < 0.051, "{x}: {force}");
         }
     }
 }

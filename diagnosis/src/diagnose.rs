@@ -246,11 +246,7 @@ impl<'a> Composing<'a> {
         let least_closed = Criteria::default().least_closed;
         while let Some(absent) = self.judge.most_likely_absent(&self.accepted) {
             let is_last = self.accepted.causes.len() == 1;
-            let fewer = if is_last {
-                self.judge.search.calibrated.clone()
-            } else {
-                self.judge.without(&self.accepted, absent)
-            };
+            let fewer = self.judge.without(&self.accepted, absent);
             if at_limit(&fewer) > at_limit(&self.accepted)
                 || is_last && self.judge.closed(&self.accepted) >= least_closed
             {

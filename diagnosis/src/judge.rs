@@ -304,7 +304,11 @@ impl Judge<'_> {
         scored
     }
 
+    /// The set without one cause, fitted again: the calibrated machine if it is the only one.
     pub(crate) fn without(&self, scored: &Scored, effect: usize) -> Scored {
+        if scored.causes.len() == 1 {
+            return self.search.calibrated.clone();
+        }
         let (model, keep) = scored.fitted.model.without(effect);
         let start: Vec<f64> = keep.iter().map(|&i| scored.fitted.theta[i]).collect();
         let fitted = self.search.task.fit(&model, &start, REMOVAL_STEPS);

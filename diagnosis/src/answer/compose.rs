@@ -201,10 +201,7 @@ impl Judge<'_> {
 
     /// The accepted set without each cause in turn.
     fn removed(&self, accepted: &Scored) -> Vec<Scored> {
-        match accepted.causes.len() {
-            1 => vec![self.search.calibrated.clone()],
-            n => (0..n).map(|i| self.without(accepted, i)).collect(),
-        }
+        (0..accepted.causes.len()).map(|i| self.without(accepted, i)).collect()
     }
 
     /// Whether an untried cause may be present, or one that delays commands beyond their timing.

@@ -67,10 +67,13 @@ fn factors(quantity: Quantity) -> &'static [(f64, &'static str)] {
     }
 }
 
+/// A reversed sign, in words.
+pub(super) const SIGN: &str = "-1 (a sign?)";
+
 /// The confused units that a factor suggests, in words; `near` is its relative tolerance.
 pub(super) fn mixed_up(factor: f64, quantity: Quantity, near: f64) -> Option<&'static str> {
     if factor < 0.0 {
-        return ((-factor).ln().abs() < near.ln_1p()).then_some("-1 (a sign?)");
+        return ((-factor).ln().abs() < near.ln_1p()).then_some(SIGN);
     }
     let off = |wanted: f64| (factor / wanted).ln().abs();
     factors(quantity)

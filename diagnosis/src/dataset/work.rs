@@ -7,6 +7,7 @@ use feeler_plant::description::Quantity;
 use super::consistency::{Body, Odd};
 use super::data::Record;
 use super::fault::FaultKind;
+use super::units::SIGN;
 
 /// Number of stretches of a record over which the command is averaged: far fewer than rows, so that noise and
 /// encoder steps hardly move, and some in every swing.
@@ -42,8 +43,7 @@ impl Body<'_> {
             if work < BACKWARD * plain {
                 let backward = works.into_iter().filter(|(.., [work, _])| *work < 0.0);
                 odd.extend(backward.map(|(record, other, _)| {
-                    let what = "-1 (a sign?)";
-                    let kind = FaultKind::Units { other, factor: -1.0, what, experiments: 1 };
+                    let kind = FaultKind::Units { other, factor: -1.0, what: SIGN, experiments: 1 };
                     Odd { record, column: channel.column.clone(), kind }
                 }));
                 return;

@@ -74,8 +74,10 @@ impl Asked {
     /// the late limit of their timing.
     fn frees(dataset: &Dataset, accepted: &Scored, cause: &Candidate) -> bool {
         let Fitted { model, theta, .. } = &accepted.fitted;
-        let is_late = model.is_timing_at_limit(theta) && model.leeway(theta).late_rows > 0.0;
-        if is_late && dataset.is_sampled_at(cause.site) && dossier(cause.definition.kind).is_late() {
+        if model.is_timing_at_late_limit(theta)
+            && dataset.is_sampled_at(cause.site)
+            && dossier(cause.definition.kind).is_late()
+        {
             return true;
         }
         let excess =

@@ -207,9 +207,7 @@ impl Judge<'_> {
     /// Whether an untried cause may be present, or one that delays commands beyond their timing.
     fn is_open(&self, adequacy: &Adequacy) -> bool {
         let Fitted { model, theta, .. } = &self.search.calibrated.fitted;
-        // A command cannot act before it is given, so a limit on the early side needs no cause.
-        let is_late = model.is_timing_at_limit(theta) && model.leeway(theta).late_rows > 0.0;
-        adequacy.has_untried() || is_late
+        adequacy.has_untried() || model.is_timing_at_late_limit(theta)
     }
 
     /// The times at which commands without a stated hold act.

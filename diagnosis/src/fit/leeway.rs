@@ -79,6 +79,12 @@ impl Model {
         self.unknowns.iter().zip(theta).any(is_it)
     }
 
+    /// Whether commands act at the latest permitted instant. A command cannot act before it is given, so only
+    /// this limit may need a cause.
+    pub(crate) fn is_timing_at_late_limit(&self, theta: &[f64]) -> bool {
+        self.is_timing_at_limit(theta) && self.leeway(theta).late_rows > 0.0
+    }
+
     /// Values of the unknowns beyond the machine, at `theta`.
     pub(crate) fn leeway(&self, theta: &[f64]) -> Leeway {
         let mut found = Leeway::default();

@@ -90,6 +90,17 @@ pub struct Cause {
     pub accepted: bool,
 }
 
+/// How a guide with dry friction yields before it slides, as fitted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Presliding {
+    /// Name of the guide.
+    pub on: String,
+    /// Its stiffness at rest.
+    pub stiffness: Estimate,
+    /// Damping ratio of the sliding mass on that stiffness.
+    pub damping_ratio: Estimate,
+}
+
 /// A set of causes that was tried, with the result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Attempt {
@@ -296,6 +307,9 @@ pub struct Diagnosis {
     pub effects: Vec<Cause>,
     /// Causes that these records can hardly separate from the accepted ones.
     pub look_alikes: Vec<[Kind; 2]>,
+    /// How guides yield before they slide, where the records show it and the file does not state it. It is no
+    /// cause; the repaired machine has it as its effect `presliding`.
+    pub presliding: Vec<Presliding>,
     /// All attempts, the best first.
     pub attempts: Vec<Attempt>,
     /// The experiment that would best separate the remaining causes. `None` if one cause remains, or if no

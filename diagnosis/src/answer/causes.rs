@@ -17,7 +17,7 @@ use crate::kinds::{contains, dossier, embed, nearest};
 use crate::report::{Cause, Estimate};
 
 /// Quantile of the 90 % interval of a normal distribution, in standard deviations.
-const NINETY_PERCENT: f64 = 1.645;
+pub(super) const NINETY_PERCENT: f64 = 1.645;
 /// Divisor of the evidence that softens the odds.
 const TEMPERATURE: f64 = 4.0;
 /// The divisor if only positions are measured: model errors and noise are then harder to separate.

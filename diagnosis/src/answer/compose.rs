@@ -178,6 +178,7 @@ impl Judge<'_> {
             places,
             effects,
             look_alikes,
+            presliding: self.presliding(accepted),
             attempts: tried,
             warnings: (in_words(&self.dataset.warnings).into_iter())
                 .chain(self.timing(accepted))
@@ -195,7 +196,7 @@ impl Judge<'_> {
             noise: self.dataset.channels.iter().map(|channel| channel.column.clone()).zip(noise).collect(),
             inverse,
             machine,
-            calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),
+            calibrated: calibrated.fitted.machine(),
         }
     }
 

@@ -6,6 +6,7 @@ pub(crate) mod compose;
 pub mod difference;
 mod intervals;
 pub(crate) mod next;
+mod presliding;
 mod proposed;
 mod tabled;
 pub(crate) mod templates;

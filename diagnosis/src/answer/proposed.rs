@@ -13,7 +13,7 @@ impl Judge<'_> {
     /// experiment on which the change makes the free run stray is enough. If the causes are not proposed,
     /// `adequacy` gets the reason.
     pub(super) fn proposed(&self, accepted: &Scored, adequacy: &mut Adequacy) -> Machine {
-        let of = |scored: &Scored| scored.fitted.model.machine(&scored.fitted.theta);
+        let of = |scored: &Scored| scored.fitted.machine();
         let (repaired, believed) = (of(accepted), &self.dataset.machine);
         // Calibration alone makes no claim that needs a reason.
         let is_promised = !accepted.causes.is_empty();

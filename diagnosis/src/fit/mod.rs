@@ -24,3 +24,4 @@ pub(crate) mod unknown;
 mod walk;
 pub(crate) mod wander;
 pub(crate) mod weights;
+pub(crate) mod yielding;

@@ -92,7 +92,7 @@ impl Model {
             }
         }
         let mut model = Self { believed: machine.clone(), tried: Vec::new(), unknowns };
-        if model.has_dry_friction() {
+        if model.has_free_presliding() {
             model.free_presliding();
         }
         Ok(model)
@@ -120,10 +120,11 @@ impl Model {
             }
             model.unknowns.push(unknown);
         }
-        if definition.has(Trait::DryFriction) && !model.has_dry_friction() {
+        let had_it = model.has_free_presliding();
+        model.tried.push(Tried { site, effect: EffectUse { definition, values: values.to_vec() } });
+        if !had_it && model.has_free_presliding() {
             model.free_presliding();
         }
-        model.tried.push(Tried { site, effect: EffectUse { definition, values: values.to_vec() } });
         model
     }
 
@@ -131,7 +132,7 @@ impl Model {
     pub(crate) fn without(&self, effect: usize) -> (Self, Vec<usize>) {
         let mut model = self.clone();
         model.tried.remove(effect);
-        let dry = model.has_dry_friction();
+        let dry = model.has_free_presliding();
         let stays =
             |unknown: &Unknown| unknown.parameter_of(effect).is_none() && (dry || !unknown.is_presliding());
         let keep: Vec<usize> = (0..self.unknowns.len()).filter(|&i| stays(&self.unknowns[i])).collect();
@@ -199,11 +200,16 @@ impl Model {
         self.unknowns.iter().zip(theta).map(moved).collect()
     }
 
-    fn has_dry_friction(&self) -> bool {
+    /// Whether any element has dry friction and no stated presliding.
+    fn has_free_presliding(&self) -> bool {
         let is_dry = |effect: &EffectUse| effect.definition.has(Trait::DryFriction);
         let machine = &self.believed;
-        let believed = machine.sites().filter_map(|site| Some(machine.element(site)?.1.effects()));
-        believed.flatten().chain(self.tried.iter().map(|tried| &tried.effect)).any(is_dry)
+        machine.sites().any(|site| {
+            let effects = machine.element(site).map_or(&[][..], |(_, element)| element.effects());
+            let tried = self.tried.iter().filter(|tried| tried.site == site).map(|tried| &tried.effect);
+            !effects.iter().any(|effect| effect.definition.kind == Kind::Presliding)
+                && effects.iter().chain(tried).any(is_dry)
+        })
     }
 
     /// Whether a trial effect replaces a believed one: the kinds are equal, or one contains the other.
@@ -407,7 +413,11 @@ fn beliefs(
             return None;
         }
         let is_loose = definition.has(Trait::DryFriction) || parameter.dimension == Dimension::DAMPING;
-        let usual = if is_loose && log { tolerance::DAMPING } else { tolerance::FRACTION };
+        let usual = match definition.kind {
+            Kind::Presliding => tolerance::PRESLIDING,
+            _ if is_loose && log => tolerance::DAMPING,
+            _ => tolerance::FRACTION,
+        };
         let tolerance = stated.get(&format!("{key}.{}", parameter.name)).copied().unwrap_or(usual);
         let sigma = if log { tolerance.ln_1p() } else { tolerance };
         let target = Target::Belief(site, e, p);

@@ -1,16 +1,13 @@
-//! Presliding of dry friction: before a guide slides, it deflects like a spring by micrometres.
+//! Presliding of dry friction in fits: before a guide slides, it deflects like a spring by micrometres.
 //!
 //! A set-valued law holds a guide perfectly still, so that every small motion near a reversal or under a
-//! preload would be an error. Here stiff damped springs connect sliding surfaces to their body, each with a
-//! share of the friction (Maxwell slip). While the guide sticks, the body oscillates on these springs; while
-//! it slides, the friction level acts as before. The springs are not an effect: they are part of how any dry
-//! friction appears in records.
+//! preload would be an error. It is no cause: it is part of how any dry friction appears in records.
 
 use std::f64::consts::TAU;
 
-use feeler_plant::assembly::{Assembly, Friction, Link, Node};
+use feeler_plant::assembly::{Assembly, Link};
 
-/// Parameters of presliding.
+/// Presliding of all guides that state none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Presliding {
     /// Natural frequency of the moving mass on the sticking guide, Hz.
@@ -26,69 +23,32 @@ impl Default for Presliding {
     }
 }
 
-/// Parallel bristles (Maxwell slip): the share of the stiffness and of the level that each has. A single
-/// bristle yields linearly up to the whole level. Real friction yields ever more easily: its force approaches
-/// the level exponentially (Dahl 1968). Two bristles stay within 5 % of that curve.
-const BRISTLES: [[f64; 2]; 2] = [[0.749, 0.472], [0.251, 0.528]];
-
-/// Share of a body's mass that is assigned to its sliding surface: small against the body, but large enough
-/// that the surface needs no finer steps.
-const SURFACE_SHARE: f64 = 0.02;
-
 /// Guard evaluations in every period of a sticking guide, and their largest number in one row.
 const CHECKS_PER_PERIOD: f64 = 4.0;
 const MOST_CHECKS: usize = 16;
 
 impl Presliding {
-    /// Number of guard evaluations in a row. A row may be longer than the period of a sticking guide, which
-    /// could otherwise slide and stick again between two evaluations.
-    pub(super) fn checks(self, spacing_s: f64) -> usize {
-        let checks = (CHECKS_PER_PERIOD * self.frequency_hz * spacing_s).ceil() as usize;
-        // Repeated halves of a row share their exponentials.
-        checks.clamp(1, MOST_CHECKS).next_power_of_two()
-    }
-
-    /// Adds a sliding surface to every guide with dry friction, and returns the new nodes.
-    pub(super) fn soften(self, assembly: &mut Assembly) -> Vec<usize> {
-        let mut surfaces = Vec::new();
-        for i in 0..assembly.links.len() {
-            let link = &assembly.links[i];
-            if link.rigid || !link.friction.acts() {
-                continue;
-            }
-            let (a, b) = (link.a, link.b);
-            let on_b = assembly.rigid_mass_kg(b) <= assembly.rigid_mass_kg(a);
-            let (body, other) = if on_b { (b, a) } else { (a, b) };
-            let (mass, all) = (SURFACE_SHARE * assembly.nodes[body].mass_kg, assembly.rigid_mass_kg(body));
-            if !(mass.is_finite() && mass > 0.0) {
-                continue;
-            }
-            let omega = TAU * self.frequency_hz;
-            let under = assembly.nodes[body].clone();
-            assembly.nodes[body].mass_kg -= mass;
-            let friction = std::mem::replace(&mut assembly.links[i].friction, Friction::NONE);
-            for [stiff, level] in BRISTLES {
-                let surface = assembly.nodes.len();
-                let name = format!("{} surface", under.name);
-                assembly.nodes.push(Node { name, mass_kg: stiff * mass, ..under.clone() });
-                let (from, to) = if on_b { (other, surface) } else { (surface, other) };
-                let bare = |a, b, stiffness, damping, friction: Friction| Link {
-                    stiffness,
-                    damping,
-                    friction,
-                    ..Link::between(assembly.links[i].name.clone(), a, b)
-                };
-                let damping = 2.0 * self.damping_ratio * all * omega;
-                let added = [
-                    bare(from, to, 0.0, 0.0, friction.scaled(level)),
-                    bare(body, surface, stiff * all * omega * omega, stiff * damping, Friction::NONE),
-                ];
-                assembly.links.extend(added);
-                surfaces.push(surface);
-            }
+    /// States this presliding at every guide with dry friction that states none.
+    pub(super) fn state(self, assembly: &mut Assembly) {
+        let omega = TAU * self.frequency_hz;
+        let bare = assembly.dry_guides().filter(|(_, link)| link.presliding.is_none());
+        let bare: Vec<_> = bare.map(|(i, link)| (i, assembly.sliding_mass_kg(link))).collect();
+        for (i, mass_kg) in bare {
+            let (stiffness, damping_ratio) = (mass_kg * omega * omega, self.damping_ratio);
+            assembly.links[i].presliding =
+                Some(feeler_plant::assembly::Presliding { stiffness, damping_ratio });
         }
-        surfaces
     }
+}
+
+/// Number of guard evaluations in a row. A row may be longer than the period of a sticking guide, which could
+/// otherwise slide and stick again between two evaluations.
+pub(super) fn checks(assembly: &Assembly, spacing_s: f64) -> usize {
+    let of = |link: &Link| Some((link.presliding?.stiffness / assembly.sliding_mass_kg(link)).sqrt() / TAU);
+    let fastest_hz = assembly.dry_guides().filter_map(|(_, link)| of(link)).fold(0.0, f64::max);
+    let checks = (CHECKS_PER_PERIOD * fastest_hz * spacing_s).ceil() as usize;
+    // Repeated halves of a row share their exponentials.
+    checks.clamp(1, MOST_CHECKS).next_power_of_two()
 }
 
 #[cfg(test)]
@@ -189,31 +149,6 @@ mod tests {
             // The observer holds the error at the surplus of friction over its stiffness, 3 to 5 % here. A
             // prediction that gains energy is off by more than the motion itself.
             assert!(off < 0.1, "{times} times the friction: off by {off} of the motion");
-        }
-    }
-
-    /// While it yields, a guide follows Dahl's curve: the force is `1 - exp(-x)` of the level. Here `x` is
-    /// the deflection over the length at which the initial stiffness alone would reach the level.
-    #[test]
-    fn truth_a_softened_guide_yields_as_dahls_law_does() {
-        let mut assembly = assemble(&dataset(0.002, vec![0.0; ROWS]).machine).expect("it assembles");
-        let surfaces = Presliding::default().soften(&mut assembly);
-        let of = |surface: usize, what: fn(&Link) -> f64| {
-            let own = assembly.links.iter().filter(|link| [link.a, link.b].contains(&surface));
-            own.map(what).sum::<f64>()
-        };
-        let bristles: Vec<[f64; 2]> = (surfaces.iter())
-            .map(|&surface| [of(surface, |link| link.stiffness), of(surface, |link| link.friction.forward)])
-            .collect();
-        let [stiffness, level] = [0, 1].map(|i| bristles.iter().map(|bristle| bristle[i]).sum::<f64>());
-        assert!((stiffness / (32.0 * (TAU * 60.0).powi(2)) - 1.0).abs() < 1e-12);
-        assert!((level / 0.58 - 1.0).abs() < 1e-12);
-        // Both bristles together begin with 0.7 of the stiffness that the law has at first.
-        let length = 0.7 * level / stiffness;
-        for i in 0..100 {
-            let x = 0.05 * f64::from(i);
-            let force: f64 = bristles.iter().map(|[k, most]| (k * length * x).min(*most)).sum();
-            assert!((force / level - (1.0 - (-x).exp())).abs() < 0.051, "{x}: {force}");
         }
     }
 }

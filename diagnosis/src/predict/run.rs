@@ -9,6 +9,7 @@ use super::imposed::impose;
 use super::leeway::{Leeway, means_between_rows};
 use super::loops::{PredictedLoop, RowSpan, at_start, loops, next_s, serve};
 use super::machine::{Moving, Precision};
+use super::presliding::checks;
 use super::sensor::readings;
 use super::state::State;
 use super::warm::by_commands;
@@ -79,8 +80,13 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// If the machine has no motion.
-    pub fn new(assembly: Assembly, dataset: &'a Dataset, record: &'a Record) -> Result<Self, DiagnosisError> {
-        Self::following(assembly, Vec::new(), Precision::Rounding, dataset, record, 0.0)
+    pub fn new(
+        mut assembly: Assembly,
+        dataset: &'a Dataset,
+        record: &'a Record,
+    ) -> Result<Self, DiagnosisError> {
+        let surfaces = assembly.soften();
+        Self::following(assembly, surfaces, Precision::Rounding, dataset, record, 0.0)
     }
 
     /// Prepares a machine for a fit. Sticking guides deflect slightly, so that small motion in a record is
@@ -91,8 +97,9 @@ impl<'a> Predictor<'a> {
         dataset: &'a Dataset,
         record: &'a Record,
     ) -> Result<Self, DiagnosisError> {
-        let surfaces = leeway.presliding.soften(&mut assembly);
-        let checks = if surfaces.is_empty() { 1 } else { leeway.presliding.checks(record.spacing_s) };
+        leeway.presliding.state(&mut assembly);
+        let checks = checks(&assembly, record.spacing_s);
+        let surfaces = assembly.soften();
         Self::following(assembly, surfaces, Precision::Rows(checks), dataset, record, leeway.late_rows)
     }
 

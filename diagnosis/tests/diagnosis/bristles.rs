@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::diagnose;
+use feeler_diagnosis::report::Verdict;
 use feeler_plant::effects::Kind;
 
 use crate::recovery::{SPACING_S, recorded};
@@ -70,4 +71,35 @@ fn truth_bristles_are_named_where_records_resolve_them_and_dry_friction_is_not_c
     let answer = diagnose(&records_of(stiff), &|_| {}).unwrap();
     let found: Vec<Kind> = answer.effects.iter().filter(|effect| effect.accepted).map(|e| e.kind).collect();
     assert_eq!(found, [Kind::CoulombFriction]);
+}
+
+/// Dry friction that yields is no other cause. The answer states how the guide yields, and so does the
+/// repaired machine, whose own diagnosis then finds nothing.
+#[test]
+fn truth_how_dry_friction_yields_is_stated_with_the_answer() {
+    let yielding = r"
+        [springs.guide.effects.coulomb-friction]
+        level = 6.0
+        [springs.guide.effects.presliding]
+        stiffness = 3.0e5
+        damping_ratio = 0.3
+    ";
+    let dataset = records_of(yielding);
+    let answer = diagnose(&dataset, &|_| {}).unwrap();
+    let found: Vec<Kind> = answer.effects.iter().filter(|effect| effect.accepted).map(|e| e.kind).collect();
+    assert_eq!(found, [Kind::CoulombFriction]);
+    let [guide] = &answer.presliding[..] else { panic!("{:?}", answer.presliding) };
+    assert_eq!(guide.on, "springs.guide");
+    // A few per cent beyond the interval of a fit with an exact law.
+    for (estimate, value) in [(&guide.stiffness, 3.0e5), (&guide.damping_ratio, 0.3)] {
+        let [low, high] = estimate.ci90;
+        assert!((0.97 * low..1.03 * high).contains(&value) && high < 1.5 * low, "{value}: {low} to {high}");
+    }
+    let effects = &answer.machine.springs["guide"].effects;
+    let stated =
+        effects.iter().find(|effect| effect.definition.kind == Kind::Presliding).expect("it is stated");
+    assert!((stated.values[0] / guide.stiffness.value - 1.0).abs() < 1e-12);
+    let again = Dataset { machine: answer.machine.clone(), ..dataset };
+    let answer = diagnose(&again, &|_| {}).unwrap();
+    assert_eq!((answer.verdict, answer.presliding.len()), (Verdict::NoGap, 0));
 }

@@ -176,6 +176,28 @@ fn regress_run_and_replay_agree_for_a_light_body_under_heavy_friction() {
     assert!((reached - 5e-3).abs() < 1e-3, "{reached}");
 }
 
+/// A guide that yields by a tenth of its stroke: `run`, `replay` and the prediction use one law.
+#[test]
+fn truth_a_guide_that_yields_before_it_slides_is_predicted_as_it_runs() {
+    let guide = r#"
+        damping = "5 N s/m"
+        [springs.guide.effects.stribeck-friction]
+        coulomb = "4 N"
+        static = "6 N"
+        velocity = "20 mm/s"
+        [springs.guide.effects.presliding]
+        stiffness = "20 kN/m"
+        "#;
+    // Below the friction, where only the bristles move, and above.
+    for (amplitude, reached) in [("3 N", 1e-5..3e-4), ("9 N", 3e-4..1.0)] {
+        let dataset = pushed("500 g", guide, [amplitude, "7 Hz"]);
+        let (worst, place) = disagreement(&dataset);
+        assert!(worst < 1.0, "{amplitude}: {worst:e} of what it may be, {place}");
+        let most = dataset.records[0].series[0].iter().fold(0.0_f64, |x, y| x.max(y.abs()));
+        assert!(reached.contains(&most), "{amplitude}: {most}");
+    }
+}
+
 /// Bristles that straighten in a fifth of a row and are damped. Their rate at the start of a row, held over
 /// it, grew from row to row until the prediction diverged.
 #[test]

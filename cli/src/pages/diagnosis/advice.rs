@@ -5,7 +5,7 @@ use feeler_diagnosis::report::{Cause, Diagnosis, MOST_ODDS, Verdict};
 use serde::Serialize;
 
 use super::adequacy;
-use super::words::{is_limited, is_only_early, is_slight, parameters, sentence};
+use super::words::{estimate, is_limited, is_only_early, is_slight, parameters, sentence};
 use crate::numbers::{percent, plain};
 
 /// Recommendations from the answer.
@@ -45,6 +45,14 @@ impl Advice {
                 }
             }
         }
+        remarks.extend(diagnosis.presliding.iter().map(|guide| {
+            format!(
+                "Before it slides, {} yields: stiffness {}, damping ratio {}.",
+                guide.on,
+                estimate(&guide.stiffness),
+                estimate(&guide.damping_ratio)
+            )
+        }));
         remarks.extend(diagnosis.left.iter().map(|left| format!("Still unexplained: {left}.")));
         if let Some(next) = &diagnosis.next_experiment {
             steps.push(format!(
@@ -183,6 +191,7 @@ mod tests {
             places: Vec::new(),
             effects: vec![found],
             look_alikes: Vec::new(),
+            presliding: Vec::new(),
             attempts: Vec::new(),
             next_experiment: None,
             cells: Vec::new(),

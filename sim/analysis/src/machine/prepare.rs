@@ -94,7 +94,13 @@ pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
     }
     for link in &mut frozen.links {
         if link.friction.acts() && view.friction == FrictionView::Stuck {
-            link.rigid = true;
+            match link.presliding {
+                Some(presliding) => {
+                    link.stiffness += presliding.stiffness;
+                    link.damping += presliding.damping(assembly.sliding_mass_kg(link));
+                }
+                None => link.rigid = true,
+            }
         }
         link.friction = Friction::NONE;
         // At rest asymmetry does not act, drag has no slope, and bristles are a spring and a damper.

@@ -20,7 +20,12 @@ fn placements(base: &Scenario, definition: &'static Definition, values: &[f64]) 
             // Guide effects sit on the guide, and so does the base; the rest on the transmission.
             HostKind::Spring => {
                 let on_guide = matches!(definition.place.name(), "guide" | "base");
-                machine.springs[if on_guide { "guide" } else { "transmission" }].effects.push(used.clone());
+                let effects = &mut machine.springs[if on_guide { "guide" } else { "transmission" }].effects;
+                effects.push(used.clone());
+                // It changes how dry friction begins, and does nothing without.
+                if definition.kind == Kind::Presliding {
+                    effects.push(effect("coulomb-friction", &[6.0]));
+                }
             }
             HostKind::Contact => machine.contacts["tool"].effects.push(used.clone()),
             HostKind::Actuator => machine.actuators["drive"].effects.push(used.clone()),
@@ -67,7 +72,7 @@ fn prop_at_its_null_value_every_effect_is_absent() {
             seen += 1;
         }
     }
-    assert!(seen >= LIBRARY.len() - 3, "only {seen} effects were looked at");
+    assert!(seen >= LIBRARY.len() - 4, "only {seen} effects were looked at");
 }
 
 /// Effects without a null but with a stiff limit. The machine approaches the ideal one as one over the
@@ -89,6 +94,19 @@ fn order_the_stiff_limit_of_added_bodies_is_the_ideal_machine() {
         // stiffness the distance falls by one to two decades.
         assert!(stiff < 0.2 * soft && stiff < 0.2, "{kind}: {soft} and {stiff} N");
     }
+    // A guide that hardly yields is rigid dry friction.
+    let rigid = |effects: Vec<EffectUse>| {
+        let mut scenario = base.clone();
+        scenario.machine.springs["guide"].effects = effects;
+        force(&run(&scenario).0)
+    };
+    let held = rigid(vec![effect("coulomb-friction", &[6.0])]);
+    let distance = |k: f64| {
+        let yielding = effect("presliding", &[k, 0.5]);
+        largest_difference(&rigid(vec![effect("coulomb-friction", &[6.0]), yielding]), &held)
+    };
+    let (soft, stiff) = (distance(1e7), distance(1e9));
+    assert!(stiff < 0.2 * soft && stiff < 0.2, "presliding: {soft} and {stiff} N");
     // One body split into two with the same total mass and a stiff spring in between.
     let definition = feeler_plant::effects::find("transmission-flexibility").unwrap();
     let distance = |k: f64| {

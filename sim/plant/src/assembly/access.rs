@@ -225,6 +225,8 @@ impl Link {
             stop: None,
             load: 0.0,
             friction: Friction::NONE,
+            presliding: None,
+            bears: None,
             bristle: None,
         }
     }

@@ -8,6 +8,7 @@ mod build;
 mod drive;
 mod friction;
 mod laws;
+mod presliding;
 mod rates;
 mod resolve;
 mod table;
@@ -18,6 +19,7 @@ pub use drive::{
 };
 pub use friction::Friction;
 pub use laws::{Bristle, PositionForce, Pull, Ripple, Weight};
+pub use presliding::Presliding;
 pub use resolve::resolve;
 pub use table::{POINTS, TabulatedForce};
 
@@ -94,6 +96,10 @@ pub struct Link {
     pub load: f64,
     /// Dry friction against `e'`.
     pub friction: Friction,
+    /// How dry friction yields before it slides; without it a guide holds perfectly still.
+    pub presliding: Option<Presliding>,
+    /// The guide whose friction this link carries to its body.
+    pub bears: Option<usize>,
     /// Friction of bristles that bend against `e'`.
     pub bristle: Option<Bristle>,
 }

@@ -10,7 +10,7 @@ pub const BY_SYMPTOM: &str = "\
 | by one factor | `drive-gain`, `loop-gain`, `added-mass`; only in the force reading: `force-gain` |
 | by a lag | `actuator-lag`, `command-delay`, `command-interpolation`; only in the force reading: \
 `force-lag`, `force-delay` |
-| at reversals | of speed: `coulomb-friction`, `stribeck-friction`, `lugre-friction`, \
+| at reversals | of speed: `coulomb-friction`, `stribeck-friction`, `lugre-friction`, `presliding`, \
 `asymmetric-friction`; of force: `backlash`; of the command: `drive-deadband` |
 | in fast motion | `viscous-friction`, `directional-damping`, `quadratic-drag`, `speed-table`, \
 `torque-speed-line`, `slew-limit` |

@@ -49,7 +49,8 @@ impl Motion {
     /// # Errors
     /// Joined bodies with different initial velocities, a machine in which nothing moves, or more switches
     /// than a [`Mode`] holds.
-    pub fn new(assembly: Assembly) -> Result<Self, Vec<Problem>> {
+    pub fn new(mut assembly: Assembly) -> Result<Self, Vec<Problem>> {
+        assembly.soften();
         let coordinates = Coordinates::new(&assembly)?;
         let switches = modes::switches(&assembly, &coordinates);
         if switches.len() > Mode::CAPACITY {

@@ -67,7 +67,7 @@ impl Motion {
             Source::Contact(i, Quantity::Compression) => equations.compression[i][0].clone(),
             Source::Contact(i, Quantity::Gap) => scaled(-1.0, &equations.compression[i][0]),
             Source::Contact(i, Quantity::GapRate) => scaled(-1.0, &equations.compression[i][1]),
-            Source::Link(i, Quantity::Force) => equations.link_force[i].clone(),
+            Source::Link(i, Quantity::Force) => self.borne_force(equations, i),
             Source::Link(i, Quantity::SpringForce) => equations.link_spring_force[i].clone(),
             Source::Drive(i, Quantity::Force) => equations.drive_force[i].clone(),
             Source::Drive(i, quantity) => self.of_drive(i, quantity, equations.mode, &equations.stroke[i])?,
@@ -80,6 +80,17 @@ impl Motion {
             }
             _ => return None,
         })
+    }
+
+    /// Force of a link, with the friction that its bristles carry.
+    fn borne_force(&self, equations: &Equations, i: usize) -> Row {
+        let mut force = equations.link_force[i].clone();
+        for (link, own) in self.assembly.links.iter().zip(&equations.link_force) {
+            if link.bears == Some(i) {
+                add(&mut force, 1.0, own);
+            }
+        }
+        force
     }
 
     /// Sets the filters of all sensors to rest at the signals of a state `xi`, so that a run starts without

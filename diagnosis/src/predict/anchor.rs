@@ -16,7 +16,7 @@ use feeler_plant::assembly::{Assembly, GROUND_NODE, Link, Source};
 use feeler_plant::description::Quantity;
 use feeler_plant::motion::Motion;
 
-use super::begin::{beginning, is_in_motion, pace};
+use super::begin::{beginning, first_value, is_in_motion, pace};
 use super::machine::Moving;
 use super::state::State;
 use crate::dataset::{Channel, Record};
@@ -76,6 +76,9 @@ pub(super) struct Anchor {
     coordinates: Vec<usize>,
     /// The coordinates of the chain, with those of sliding surfaces.
     whole: Vec<usize>,
+    /// The coordinate of the first measured body of the chain, and those that no sensor of position shows.
+    pub(super) lead: usize,
+    pub(super) hidden: Vec<usize>,
     positions: Vec<Tap>,
     accelerations: Vec<Tap>,
     omega: f64,
@@ -125,7 +128,8 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Reco
         let speed_of = |node: usize| assembly.nodes[node].velocity_m_per_s;
         let believed = gain * (speed_of(node) - speed_of(relative_to));
         let begun = beginning(series, record.spacing_s, 1.0 / omega, step, believed);
-        let value = begun.map_or(series[0], |[value, _]| value);
+        let value = begun
+            .map_or_else(|| first_value(series, record.spacing_s, 1.0 / omega, step), |[value, _]| value);
         let shift =
             (value - bias) / gain + assembly.nodes[relative_to].position_m - assembly.nodes[node].position_m;
         for member in chain(assembly, node, relative_to) {
@@ -135,7 +139,7 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Reco
                     assembly.nodes[relative_to].velocity_m_per_s + speed / gain;
             }
         }
-        place_beside(assembly, channels, record, node);
+        place_beside(assembly, channels, record, omega, node);
         return begun.is_some() || is_in_motion(series, step);
     }
     false
@@ -143,7 +147,7 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Reco
 
 /// Sets the other measured bodies of the chain of `first` to their own readings, if these show a deflected
 /// spring between them. The record then begins under load.
-fn place_beside(assembly: &mut Assembly, channels: &[Channel], record: &Record, first: usize) {
+fn place_beside(assembly: &mut Assembly, channels: &[Channel], record: &Record, omega: f64, first: usize) {
     for (channel, series) in channels.iter().zip(&record.series) {
         let Some((node, relative_to, Quantity::Position)) = assembly.node_read(channel.source) else {
             continue;
@@ -153,9 +157,14 @@ fn place_beside(assembly: &mut Assembly, channels: &[Channel], record: &Record, 
             continue;
         }
         let (gain, bias) = channel.scale(assembly);
-        let read = (series[0] - bias) / gain + assembly.nodes[relative_to].position_m;
+        let step = channel.resolution.max(channel.noise);
+        let [speed, own] = [relative_to, node].map(|node| assembly.nodes[node].velocity_m_per_s);
+        let begun = beginning(series, record.spacing_s, 1.0 / omega, step, gain * (own - speed));
+        let value = begun
+            .map_or_else(|| first_value(series, record.spacing_s, 1.0 / omega, step), |[value, _]| value);
+        let read = (value - bias) / gain + assembly.nodes[relative_to].position_m;
         let bent = read - assembly.nodes[node].position_m;
-        if bent.abs() > BENT_STEPS * channel.resolution.max(channel.noise) / gain.abs() {
+        if bent.abs() > BENT_STEPS * step / gain.abs() {
             for member in as_one {
                 assembly.nodes[member].position_m += bent;
             }
@@ -196,6 +205,10 @@ impl Anchor {
         };
         let coordinates = coordinates_of(&|node| !surfaces.contains(node));
         let whole = coordinates_of(&|_| true);
+        let shown: Vec<usize> =
+            of_kind(Quantity::Position).filter_map(|(_, _, node, _)| motion.coordinates().of(node)).collect();
+        let hidden = coordinates.iter().copied().filter(|g| !shown.contains(g)).collect();
+        let lead = motion.coordinates().of(first)?;
         let tap = |i: usize, channel: &Channel, weight: f64| {
             let (gain, bias) = channel.scale(assembly);
             let (late, step) = match channel.source {
@@ -246,7 +259,7 @@ impl Anchor {
         } else {
             (density / variance).powf(0.25).clamp(OMEGA_RANGE.0, OMEGA_RANGE.1).min(0.2 / spacing_s)
         };
-        Some(Self { coordinates, whole, positions, accelerations, omega })
+        Some(Self { coordinates, whole, lead, hidden, positions, accelerations, omega })
     }
 
     /// Difference between the position's reading and its prediction, before the dead zone.

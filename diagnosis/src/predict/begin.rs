@@ -55,7 +55,7 @@ pub(super) fn beginning(
 ) -> Option<[f64; 2]> {
     let range = series.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(*x), b.max(*x)]);
     let step = step.max(DIGITS * (range[1] - range[0]));
-    let most = ((stretch_s / spacing_s) as usize).max(2 * FEWEST_ROWS).min(series.len());
+    let most = most_rows(spacing_s, stretch_s).min(series.len());
     let fits: Vec<Parabola> = std::iter::successors(Some(most), |rows| Some(rows / 2))
         .take_while(|rows| *rows >= FEWEST_ROWS)
         .map_while(|rows| Parabola::through(&series[..rows]))
@@ -70,6 +70,19 @@ pub(super) fn beginning(
     let excursion = series[..begun.rows].iter().map(|x| (x - series[0]).abs()).fold(0.0, f64::max);
     let stands_out = other > STANDARD_ERRORS * error && other * begun.rows as f64 > SPEED_SHARE * excursion;
     stands_out.then_some([begun.value, begun.speed / spacing_s])
+}
+
+/// Largest number of rows at the start that are fitted.
+fn most_rows(spacing_s: f64, stretch_s: f64) -> usize {
+    ((stretch_s / spacing_s) as usize).max(2 * FEWEST_ROWS)
+}
+
+/// The value at the first row, from a parabola through the rows of `stretch_s` that are near it.
+pub(super) fn first_value(series: &[f64], spacing_s: f64, stretch_s: f64, step: f64) -> f64 {
+    let is_near = |x: &&f64| (**x - series[0]).abs() <= CLEAR_STEPS * step;
+    let near = series.iter().take(most_rows(spacing_s, stretch_s)).take_while(is_near).count();
+    let fit = (near >= FEWEST_ROWS).then(|| Parabola::through(&series[..near])).flatten();
+    fit.map_or(series[0], |fit| fit.value)
 }
 
 /// Whether a motion has an initial speed. It has then covered about half of its displacement at half the
@@ -92,6 +105,11 @@ pub(super) struct Parabola {
 }
 
 impl Parabola {
+    /// Root mean square of the residuals.
+    pub(super) fn left(&self) -> f64 {
+        self.left
+    }
+
     pub(super) fn is_finite(&self) -> bool {
         self.value.is_finite() && self.speed.is_finite()
     }

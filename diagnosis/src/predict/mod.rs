@@ -12,6 +12,7 @@ mod close;
 mod flow;
 mod imposed;
 mod leeway;
+mod load;
 mod loops;
 mod machine;
 mod presliding;

@@ -7,6 +7,7 @@ use super::anchor::{Anchor, Anchoring, pace_of, place};
 use super::begin::Parabola;
 use super::imposed::impose;
 use super::leeway::{Leeway, means_between_rows};
+use super::load::swing;
 use super::loops::{PredictedLoop, RowSpan, at_start, loops, next_s, serve};
 use super::machine::{Moving, Precision};
 use super::presliding::checks;
@@ -23,6 +24,8 @@ const COARSE: f64 = 4.0;
 const FEWEST_STARTING: usize = 6;
 const MOST_STARTING: usize = 50;
 const STARTS: usize = 3;
+/// Largest number of rows that show whether a hidden spring swings from its start.
+const MOST_SWINGING: usize = 200;
 /// Number of time constants after which the heat of a winding has decayed to 2 %.
 const FORGOTTEN: f64 = 4.0;
 /// A command that arrives within this share of a row arrives with the row.
@@ -271,30 +274,94 @@ impl<'a> Predictor<'a> {
         Ok(prediction)
     }
 
-    /// The state at the first row. If a record begins in motion, position and speed are corrected with the
-    /// first readings. The difference between prediction and readings is a parabola: a wrong speed gives its
-    /// slope, a missing force its curvature.
+    /// The state at the first row. Springs that no sensor shows are deflected if the first readings agree
+    /// better with that.
     fn start(&mut self, anchor: Option<&Anchor>, commands: &[Vec<f64>]) -> Result<State, DiagnosisError> {
-        let Some(anchor) = anchor.filter(|_| self.is_in_motion && self.servos.is_empty()) else {
-            return Ok(State { loops: at_start(&self.servos), ..self.machine.start(|_, _| ()) });
+        let bare = self.start_with(anchor, commands, false)?;
+        let Some(anchor) = anchor.filter(|anchor| !anchor.hidden.is_empty()) else { return Ok(bare) };
+        let loaded = self.start_with(Some(anchor), commands, true)?;
+        let step = self.dataset.channels.iter().map(|channel| channel.noise.max(channel.resolution));
+        let step = step.fold(f64::INFINITY, f64::min);
+        let q = |g: &usize| self.machine.motion.layout().q(*g);
+        if anchor.hidden.iter().all(|g| (loaded.xi[q(g)] - bare.xi[q(g)]).abs() <= step) {
+            return Ok(bare);
+        }
+        let [without, with] = [&bare, &loaded].map(|state| self.swing_from(state.clone(), commands));
+        Ok(if with? < without? { loaded } else { bare })
+    }
+
+    /// Error of the first rows from a state, see [`swing`].
+    fn swing_from(&mut self, mut state: State, commands: &[Vec<f64>]) -> Result<f64, DiagnosisError> {
+        let dt = self.record.spacing_s;
+        let rows = self.record.len().min(MOST_SWINGING);
+        let mut predicted = Vec::with_capacity(rows);
+        for k in 0..rows {
+            self.machine.impose(&mut state, k as f64 * dt);
+            let mut seen = Vec::new();
+            self.machine.evaluate_signals(&state, &mut seen);
+            predicted.push(seen);
+            self.drive_on(&mut state, commands, k, dt)?;
+        }
+        Ok(swing(&predicted, &self.dataset.channels, self.machine.motion.assembly(), self.record))
+    }
+
+    /// The state at the first row, with springs deflected or as they are. If a record begins in motion,
+    /// position and speed are corrected with the first readings. The difference between prediction and
+    /// readings is a parabola: a wrong speed gives its slope, a missing force its curvature.
+    fn start_with(
+        &mut self,
+        anchor: Option<&Anchor>,
+        commands: &[Vec<f64>],
+        is_loaded: bool,
+    ) -> Result<State, DiagnosisError> {
+        let mut moved = [0.0; 2];
+        let mut state = self.begun(anchor, moved, commands, is_loaded);
+        let Some(own) = anchor.filter(|_| self.is_in_motion && self.servos.is_empty()) else {
+            return Ok(state);
         };
         let dt = self.record.spacing_s;
         let rows = ((1.0 / (self.pace * dt)) as usize).clamp(FEWEST_STARTING, MOST_STARTING);
-        let mut moved = [0.0; 2];
         let mut seen = Vec::new();
         for _ in 0..STARTS {
-            let mut state = self.machine.start(|machine, xi| anchor.shift(machine, xi, moved));
             let mut beyond = Vec::with_capacity(rows);
             for k in 0..rows.min(self.record.len()) {
                 self.machine.impose(&mut state, k as f64 * dt);
                 self.machine.evaluate_signals(&state, &mut seen);
-                beyond.extend(anchor.beyond(&seen, &self.record.series, k));
+                beyond.extend(own.beyond(&seen, &self.record.series, k));
                 self.drive_on(&mut state, commands, k, dt)?;
             }
-            let Some(bent) = Parabola::through(&beyond).filter(Parabola::is_finite) else { break };
-            moved = [moved[0] + bent.value, moved[1] + bent.speed / dt];
+            if let Some(bent) = Parabola::through(&beyond).filter(Parabola::is_finite) {
+                moved = [moved[0] + bent.value, moved[1] + bent.speed / dt];
+            }
+            state = self.begun(anchor, moved, commands, is_loaded);
         }
-        Ok(self.machine.start(|machine, xi| anchor.shift(machine, xi, moved)))
+        Ok(state)
+    }
+
+    /// The initial state with the chain `moved` in position and speed, and its springs deflected if asked.
+    fn begun(
+        &mut self,
+        anchor: Option<&Anchor>,
+        moved: [f64; 2],
+        commands: &[Vec<f64>],
+        is_loaded: bool,
+    ) -> State {
+        let begin = |machine: &Moving, xi: &mut [f64]| {
+            if let Some(anchor) = anchor {
+                anchor.shift(machine, xi, moved);
+            }
+        };
+        let mut state = State { loops: at_start(&self.servos), ..self.machine.start(begin) };
+        if let Some(anchor) = anchor.filter(|_| is_loaded) {
+            let mut loaded = state.clone();
+            for (&Driven { drive, .. }, commands) in self.dataset.drives.iter().zip(commands) {
+                self.machine.set_input(&mut loaded, drive, commands[0]);
+            }
+            if self.machine.load(&mut loaded, &anchor.hidden, anchor.lead) {
+                state = loaded;
+            }
+        }
+        state
     }
 
     /// Commands after the static part of each drive's chain: dead band, gain and limit. For a servo, its

@@ -159,6 +159,11 @@ impl Layout {
         self.drives[drive].ramp
     }
 
+    /// The states of all lags of drives.
+    pub fn lags(&self) -> impl Iterator<Item = usize> + '_ {
+        self.drives.iter().flat_map(|drive| drive.lags.iter().copied())
+    }
+
     /// The state of the rate of an interpolated command.
     pub fn pace(&self, drive: usize) -> Option<usize> {
         self.drives[drive].pace

@@ -307,8 +307,8 @@ pub struct Diagnosis {
     pub effects: Vec<Cause>,
     /// Causes that these records can hardly separate from the accepted ones.
     pub look_alikes: Vec<[Kind; 2]>,
-    /// How guides yield before they slide, where the records show it and the file does not state it. It is no
-    /// cause; the repaired machine has it as its effect `presliding`.
+    /// How guides yield before they slide, where the records show it and the file does not state it. The
+    /// repaired machine has it as its effect `presliding`. It is not a cause.
     pub presliding: Vec<Presliding>,
     /// All attempts, the best first.
     pub attempts: Vec<Attempt>,

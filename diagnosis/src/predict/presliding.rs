@@ -1,7 +1,7 @@
 //! Presliding of dry friction in fits: before a guide slides, it deflects like a spring by micrometres.
 //!
 //! A set-valued law holds a guide perfectly still, so that every small motion near a reversal or under a
-//! preload would be an error. It is no cause: it is part of how any dry friction appears in records.
+//! preload would be an error. Any dry friction shows it in records, so it is not a cause.
 
 use std::f64::consts::TAU;
 

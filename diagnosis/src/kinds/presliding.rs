@@ -1,4 +1,4 @@
-//! `presliding`: every dry friction has it, so that fits allow for it and it is no cause.
+//! `presliding`: fits allow for it beside every dry friction, so it is not tried as a cause.
 
 use feeler_plant::effects::Presliding;
 

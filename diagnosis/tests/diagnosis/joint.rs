@@ -1,4 +1,4 @@
-//! A small flexible joint below which an arm hangs is found, though its stiffness is far below that of an axis.
+//! A small flexible joint with an arm is found, though its stiffness is far below that of a linear axis.
 
 use feeler_diagnosis::diagnose;
 use feeler_plant::effects::Kind;
@@ -34,7 +34,7 @@ reads = "motor.position"
 reads = "arm.position"
 "#;
 
-/// The mode of the joint lies at 10 Hz. Its stiffness is far below the smallest of a linear axis.
+/// The mode of the joint lies at 10 Hz. Its stiffness is 2.4 million times below the typical one.
 #[test]
 fn truth_a_small_flexible_joint_under_an_arm_is_recovered() {
     let effect = "[springs.transmission.effects.transmission-flexibility]\n\

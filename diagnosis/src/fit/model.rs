@@ -111,7 +111,9 @@ impl Model {
             let unit = if parameter.typical == 0.0 { values[i].abs() } else { parameter.typical.abs() };
             let (target, bounds) = (Target::Effect(index, i), (0.0, 0.0));
             let mut unknown = Unknown { target, log, unit, prior: None, bounds, difference: DIFFERENCE };
-            let floor = if log { unit.abs() * NEXT_TO_NOTHING } else { parameter.bounds.0 };
+            // Values of a small machine, or of one that turns, are far below typical ones.
+            let size = if values[i] > 0.0 { unit.min(values[i]) } else { unit };
+            let floor = if log { size * NEXT_TO_NOTHING } else { parameter.bounds.0 };
             unknown.bounds =
                 (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));
             if let Some(spread) = dossier(definition.kind).read_off {
@@ -446,5 +448,5 @@ pub(crate) fn assemble_for(
     assemble(&machine)
 }
 
-/// An effect below this share of its typical value counts as absent.
+/// An effect below this share of its typical value, and of its starting value, counts as absent.
 const NEXT_TO_NOTHING: f64 = 1e-5;

@@ -70,7 +70,7 @@ fn machine(text: &str) -> feeler_plant::description::Machine {
     Document::parse(text, "bench.toml").expect("the text is a machine").scenario.machine
 }
 
-fn multisine(peak_n: f64, low_hz: f64, high_hz: f64, turn: f64) -> Vec<f64> {
+pub(crate) fn multisine(peak_n: f64, low_hz: f64, high_hz: f64, turn: f64) -> Vec<f64> {
     const LINES: u32 = 16;
     let line = |i: u32| low_hz * (high_hz / low_hz).powf(f64::from(i) / f64::from(LINES - 1));
     let raw: Vec<f64> = (0..ROWS)

@@ -47,12 +47,14 @@ pub enum Condition {
     Rivals,
     /// Every cause was tried.
     Tried,
+    /// The time sufficed for a table of the missing force, if no cause explains it.
+    Table,
 }
 
 impl Condition {
     /// Whether a failure only leaves the answer in doubt, without evidence against it.
     fn is_of_others(self) -> bool {
-        matches!(self, Self::Far | Self::Tolerance | Self::Rivals | Self::Tried)
+        matches!(self, Self::Far | Self::Tolerance | Self::Rivals | Self::Tried | Self::Table)
     }
 }
 
@@ -105,9 +107,18 @@ impl Adequacy {
         horizons::are_slight(&self.horizons, &self.criteria)
     }
 
+    fn fails(&self, condition: Condition) -> bool {
+        self.shortfalls.iter().any(|shortfall| shortfall.condition == condition)
+    }
+
     /// Whether causes were left untried because the time ran out.
     pub fn has_untried(&self) -> bool {
-        self.shortfalls.iter().any(|shortfall| shortfall.condition == Condition::Tried)
+        self.fails(Condition::Tried)
+    }
+
+    /// Whether a table of the missing force was left untried because the time ran out.
+    pub fn has_untried_table(&self) -> bool {
+        self.fails(Condition::Table)
     }
 
     /// Adds the columns that short predictions do not explain, each with its residual in sigmas.
@@ -131,10 +142,8 @@ impl Adequacy {
     /// Whether all values of a machine are plausible. `has_causes` includes the values of its causes.
     /// Believed values at the limit of their tolerance are not plausible if another condition fails too.
     pub(crate) fn may_be_meant(&self, has_causes: bool) -> bool {
-        let fails =
-            |condition| self.shortfalls.iter().any(|shortfall: &Shortfall| shortfall.condition == condition);
-        let is_odd = has_causes && fails(Condition::Plausible);
-        !(is_odd || self.is_short() && fails(Condition::Tolerance))
+        let is_odd = has_causes && self.fails(Condition::Plausible);
+        !(is_odd || self.is_short() && self.fails(Condition::Tolerance))
     }
 
     /// Adds the experiment over which the free run of an uncertain answer's machine is worse than the
@@ -168,6 +177,14 @@ impl Adequacy {
             );
             self.shortfalls.push(Shortfall { condition: Condition::Tried, what });
         }
+    }
+
+    /// Reports that the time did not suffice for a table of the missing force.
+    pub(crate) fn add_untried_table(&mut self) {
+        let what = "the time did not suffice for a table of the missing force, which can stand in for the \
+                    cause; a longer `--budget` tries it"
+            .into();
+        self.shortfalls.push(Shortfall { condition: Condition::Table, what });
     }
 }
 

@@ -3,6 +3,7 @@
 mod adequacy;
 mod beginning;
 mod bristles;
+mod budget;
 mod contradictions;
 mod drives;
 mod emps;

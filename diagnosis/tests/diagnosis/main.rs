@@ -17,6 +17,7 @@ mod one_machine;
 mod recovery;
 mod so101;
 mod surface;
+mod tx40;
 mod units;
 mod warming;
 

@@ -185,6 +185,7 @@ impl Judge<'_> {
                 .collect(),
             contradictions: (self.dataset.warnings.iter().filter(|fault| fault.kind.is_contradiction()))
                 .map(ToString::to_string)
+                .chain(self.reversed(accepted))
                 .collect(),
             next_experiment,
             cells,

@@ -7,5 +7,6 @@ pub mod difference;
 mod intervals;
 pub(crate) mod next;
 mod proposed;
+mod signs;
 mod tabled;
 pub(crate) mod templates;

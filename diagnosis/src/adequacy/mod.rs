@@ -26,6 +26,11 @@ pub(crate) use rivals::as_good_but_small;
 use feeler_plant::effects::Place;
 use serde::Serialize;
 
+use crate::gap::unknown::ADEQUATE;
+
+/// Factor on the usual limit of a column's mean square residual if the residual depends on no known quantity.
+const NOISY: f64 = 2.0;
+
 /// A condition that an answer must meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -121,6 +126,13 @@ impl Adequacy {
         self.fails(Condition::Table)
     }
 
+    /// Whether a column with a large residual in short predictions counts as unexplained. A balance of forces
+    /// does not see the elongation of a joint, how two bodies of a chain move against each other. The stated
+    /// or estimated noise may be too small.
+    pub(crate) fn is_unexplained(&self, sigmas: f64, is_elongation: bool) -> bool {
+        (!self.is_balanced || is_elongation) && (!self.is_noise || sigmas * sigmas > NOISY * ADEQUATE)
+    }
+
     /// Adds the columns that short predictions do not explain, each with its residual in sigmas.
     pub(crate) fn add_unexplained(&mut self, columns: impl Iterator<Item = (String, f64)>) {
         let short = |(column, sigmas): (String, f64)| Shortfall {
@@ -191,6 +203,18 @@ impl Adequacy {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn truth_two_sensors_of_a_joint_are_judged_even_if_all_forces_balance() {
+        let of = |is_balanced, is_noise| Adequacy { is_balanced, is_noise, ..Adequacy::default() };
+        let (large, small) = (2.0 * (NOISY * ADEQUATE).sqrt(), 0.9 * (NOISY * ADEQUATE).sqrt());
+        for is_noise in [false, true] {
+            assert!(of(true, is_noise).is_unexplained(large, true));
+            assert!(!of(true, is_noise).is_unexplained(large, false));
+            assert!(of(false, is_noise).is_unexplained(large, false));
+            assert_eq!(of(true, is_noise).is_unexplained(small, true), !is_noise);
+        }
+    }
 
     #[test]
     fn truth_values_at_a_limit_or_beyond_reason_are_not_meant() {

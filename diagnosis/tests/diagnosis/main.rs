@@ -13,6 +13,7 @@ mod import;
 mod import_inputs;
 mod import_units;
 mod inputs;
+mod joint;
 mod one_machine;
 mod recovery;
 mod so101;

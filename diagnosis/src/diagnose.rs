@@ -286,3 +286,76 @@ impl<'a> Composing<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use feeler_files::Document;
+    use feeler_plant::assembly::{Source, assemble};
+    use feeler_plant::effects::Kind;
+
+    use super::*;
+    use crate::dataset::{Channel, Driven, Record};
+    use crate::predict::Predictor;
+
+    const BELIEVED: &str = "[bodies.axis]\nmass = 2.0\n[springs.guide]\nbetween = [\"ground\", \"axis\"]\n\
+        damping = 10.0\n[sensors.encoder]\nreads = \"axis.position\"\nnoise = 1e-6\n\
+        [actuators.drive]\non = \"axis\"\nkind = \"force\"\n";
+    const LOAD: &str = "[springs.guide.effects.constant-load]\nforce = 3.0\n";
+
+    /// Four records of the axis with a load.
+    fn loaded() -> Dataset {
+        let machine = |text: &str| Document::parse(text, "axis.toml").unwrap().scenario.machine;
+        let channel = Channel { column: "x".into(), source: Source::Sensor(0), noise: 1e-6, resolution: 0.0 };
+        let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: Some(2e-3) }];
+        let record = |i: u8| {
+            let command =
+                (0..500).map(|k| 8.0 * (f64::from(k) * (0.02 + 0.01 * f64::from(i))).sin()).collect();
+            let record = Record::even(format!("{i}.csv"), 2e-3, vec![command], vec![vec![0.0; 500]]);
+            Record { is_check: i % 2 == 1, ..record }
+        };
+        let records = (0..4).map(record).collect();
+        let mut dataset = Dataset::new("axis", machine(BELIEVED), drives, vec![channel], records);
+        for r in 0..dataset.records.len() {
+            let real = assemble(&machine(&format!("{BELIEVED}{LOAD}"))).unwrap();
+            let seen = Predictor::new(real, &dataset, &dataset.records[r]).unwrap().free().unwrap();
+            dataset.records[r].series = seen.series;
+        }
+        dataset
+    }
+
+    /// A single cause is dropped only if its interval includes zero and it removes little of the error.
+    #[test]
+    fn truth_a_single_cause_is_dropped_if_it_may_be_absent_and_removes_less_than_half() {
+        let dataset = loaded();
+        let mut found = search(&dataset, Budget::unlimited(), |_, _| true).unwrap();
+        // Without time left the deviations of the fit are those of the answer.
+        found.task.budget = Budget::of(std::time::Duration::ZERO);
+        let is_load = |scored: &&Scored| scored.causes[0].definition.kind == Kind::ConstantLoad;
+        let single = found.singles.iter().find(is_load).unwrap();
+        let size = single.fitted.model.unknown_of(0, 0).unwrap();
+        let least = Criteria::default().least_closed;
+        for (share, removes_much) in [(1.0, true), (0.2, false)] {
+            for (deviation, may_be_absent) in [(0.1, false), (1.0, true)] {
+                let mut accepted = single.clone();
+                let theta = &mut accepted.fitted.theta[size];
+                *theta *= share;
+                accepted.fitted.sigma[size] = deviation * theta.abs();
+                let judge = Judge::new(&dataset, &found);
+                assert_eq!(judge.closed(&accepted) >= least, removes_much, "{}", judge.closed(&accepted));
+                assert_eq!(judge.most_likely_absent(&accepted).is_some(), may_be_absent);
+                let attempts = Attempts {
+                    fitted: Vec::new(),
+                    screened: Vec::new(),
+                    silent: Vec::new(),
+                    untried: Vec::new(),
+                };
+                let budget = found.task.budget;
+                let mut composing = Composing { judge, budget, accepted, rivals: Vec::new(), attempts };
+                composing.drop_absent();
+                let is_dropped = composing.accepted.causes.is_empty();
+                assert_eq!(is_dropped, may_be_absent && !removes_much, "{share} {deviation}");
+                assert_eq!(composing.attempts.fitted.len(), usize::from(is_dropped));
+            }
+        }
+    }
+}

@@ -332,7 +332,8 @@ pub struct Diagnosis {
     pub noise: IndexMap<String, f64>,
     /// Warnings about the data.
     pub warnings: Vec<String>,
-    /// Warnings of contradictions between records (units, clocks). They may explain the findings.
+    /// Warnings of contradictions between records (units, clocks), and of signs that an accepted gain
+    /// reverses. They may explain the findings.
     pub contradictions: Vec<String>,
     /// Force that the believed and the repaired machine lack along the first check experiment:
     /// `[t, x, v, F_believed, F_repaired]`.

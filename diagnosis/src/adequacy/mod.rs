@@ -26,6 +26,11 @@ pub(crate) use rivals::as_good_but_small;
 use feeler_plant::effects::Place;
 use serde::Serialize;
 
+use crate::gap::unknown::ADEQUATE;
+
+/// Factor on the usual limit of a column's mean square residual if the residual depends on no known quantity.
+const NOISY: f64 = 2.0;
+
 /// A condition that an answer must meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -47,12 +52,14 @@ pub enum Condition {
     Rivals,
     /// Every cause was tried.
     Tried,
+    /// The time sufficed for a table of the missing force, if no cause explains it.
+    Table,
 }
 
 impl Condition {
     /// Whether a failure only leaves the answer in doubt, without evidence against it.
     fn is_of_others(self) -> bool {
-        matches!(self, Self::Far | Self::Tolerance | Self::Rivals | Self::Tried)
+        matches!(self, Self::Far | Self::Tolerance | Self::Rivals | Self::Tried | Self::Table)
     }
 }
 
@@ -105,9 +112,25 @@ impl Adequacy {
         horizons::are_slight(&self.horizons, &self.criteria)
     }
 
+    fn fails(&self, condition: Condition) -> bool {
+        self.shortfalls.iter().any(|shortfall| shortfall.condition == condition)
+    }
+
     /// Whether causes were left untried because the time ran out.
     pub fn has_untried(&self) -> bool {
-        self.shortfalls.iter().any(|shortfall| shortfall.condition == Condition::Tried)
+        self.fails(Condition::Tried)
+    }
+
+    /// Whether a table of the missing force was left untried because the time ran out.
+    pub fn has_untried_table(&self) -> bool {
+        self.fails(Condition::Table)
+    }
+
+    /// Whether a column with a large residual in short predictions counts as unexplained. A balance of forces
+    /// does not see the elongation of a joint, how two bodies of a chain move against each other. The stated
+    /// or estimated noise may be too small.
+    pub(crate) fn is_unexplained(&self, sigmas: f64, is_elongation: bool) -> bool {
+        (!self.is_balanced || is_elongation) && (!self.is_noise || sigmas * sigmas > NOISY * ADEQUATE)
     }
 
     /// Adds the columns that short predictions do not explain, each with its residual in sigmas.
@@ -131,10 +154,8 @@ impl Adequacy {
     /// Whether all values of a machine are plausible. `has_causes` includes the values of its causes.
     /// Believed values at the limit of their tolerance are not plausible if another condition fails too.
     pub(crate) fn may_be_meant(&self, has_causes: bool) -> bool {
-        let fails =
-            |condition| self.shortfalls.iter().any(|shortfall: &Shortfall| shortfall.condition == condition);
-        let is_odd = has_causes && fails(Condition::Plausible);
-        !(is_odd || self.is_short() && fails(Condition::Tolerance))
+        let is_odd = has_causes && self.fails(Condition::Plausible);
+        !(is_odd || self.is_short() && self.fails(Condition::Tolerance))
     }
 
     /// Adds the experiment over which the free run of an uncertain answer's machine is worse than the
@@ -169,11 +190,31 @@ impl Adequacy {
             self.shortfalls.push(Shortfall { condition: Condition::Tried, what });
         }
     }
+
+    /// Reports that the time did not suffice for a table of the missing force.
+    pub(crate) fn add_untried_table(&mut self) {
+        let what = "the time did not suffice for a table of the missing force, which can stand in for the \
+                    cause; a longer `--budget` tries it"
+            .into();
+        self.shortfalls.push(Shortfall { condition: Condition::Table, what });
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn truth_two_sensors_of_a_joint_are_judged_even_if_all_forces_balance() {
+        let of = |is_balanced, is_noise| Adequacy { is_balanced, is_noise, ..Adequacy::default() };
+        let (large, small) = (2.0 * (NOISY * ADEQUATE).sqrt(), 0.9 * (NOISY * ADEQUATE).sqrt());
+        for is_noise in [false, true] {
+            assert!(of(true, is_noise).is_unexplained(large, true));
+            assert!(!of(true, is_noise).is_unexplained(large, false));
+            assert!(of(false, is_noise).is_unexplained(large, false));
+            assert_eq!(of(true, is_noise).is_unexplained(small, true), !is_noise);
+        }
+    }
 
     #[test]
     fn truth_values_at_a_limit_or_beyond_reason_are_not_meant() {

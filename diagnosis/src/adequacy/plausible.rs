@@ -144,9 +144,13 @@ fn beyond(
                 judge.dataset.records.iter().map(|record| record.spacing_s).fold(f64::INFINITY, f64::min);
             (value.abs() < most.least_rows * row_s).then(|| format!("is {:.3} of a row", value.abs() / row_s))
         }
+        // No machine has a negative gain: a sign is reversed.
+        Dimension::NONE if cause.definition.has(Trait::LikeUnits) && value < 0.0 => {
+            Some(format!("is {value:.3}: a sign is reversed"))
+        }
         // Units of a firmware may be off by decades.
         Dimension::NONE if cause.definition.has(Trait::LikeUnits) => {
-            let ratio = value.abs().max(1.0 / value.abs().max(f64::MIN_POSITIVE));
+            let ratio = value.max(1.0 / value.max(f64::MIN_POSITIVE));
             (ratio > most.most_ratio).then(|| format!("is {value:.3}"))
         }
         _ => None,

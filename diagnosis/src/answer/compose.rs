@@ -32,8 +32,6 @@ const RIVALLED: f64 = 0.9;
 /// little. On a wild seed 2 of 6 places were right beside unsure causes. At equal probability the place of a
 /// cause comes first.
 const POINTED: f64 = 0.25;
-/// Factor on the usual limit of a column's mean square residual if the residual depends on no known quantity.
-const NOISY: f64 = 2.0;
 /// An error above this many noise floors is an error of the model.
 const ROUGH: f64 = 2.0;
 /// Smallest number of places among look-alike causes at which the records do not determine the place.
@@ -105,10 +103,8 @@ impl Judge<'_> {
         adequacy.add_rivals(self.maybe_absent(accepted, sigma));
         adequacy.add_untried(attempts.untried.len());
         let mut left = unknown::unexplained(&self.search.calibrated, accepted);
-        // A balance of forces does not see how two bodies of a chain move against each other.
-        left.retain(|(c, _)| !adequacy.is_balanced || self.search.task.weights.is_elongation(*c));
-        // The stated or estimated noise may be too small.
-        left.retain(|(_, sigmas)| !adequacy.is_noise || sigmas * sigmas > NOISY * unknown::ADEQUATE);
+        let is_elongation = |c: usize| self.search.task.weights.is_elongation(c);
+        left.retain(|(c, sigmas)| adequacy.is_unexplained(*sigmas, is_elongation(*c)));
         let column = |(c, sigmas): (usize, f64)| (self.search.task.weighed_as(c), sigmas);
         adequacy.add_unexplained(left.into_iter().map(column));
         let machine = self.proposed(accepted, &mut adequacy);
@@ -186,6 +182,7 @@ impl Judge<'_> {
                 .collect(),
             contradictions: (self.dataset.warnings.iter().filter(|fault| fault.kind.is_contradiction()))
                 .map(ToString::to_string)
+                .chain(self.reversed(accepted))
                 .collect(),
             next_experiment,
             cells,

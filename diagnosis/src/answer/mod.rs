@@ -8,5 +8,6 @@ mod intervals;
 pub(crate) mod next;
 mod presliding;
 mod proposed;
+mod signs;
 mod tabled;
 pub(crate) mod templates;

@@ -21,21 +21,25 @@ const LEAST_CLOSED: f64 = 0.1;
 const NEEDED: f64 = 0.5;
 
 impl Judge<'_> {
-    /// Adds a table to an answer without a cause, if the check records confirm one. `accepted` holds the
-    /// nearest causes.
+    /// Adds a table to an answer without a cause, if the check records confirm one. If the time is over, the
+    /// answer says that the table was not tried. `accepted` holds the nearest causes.
     pub(crate) fn add_table(&self, answer: &mut Diagnosis, accepted: &Scored) {
         let task = &self.search.task;
-        if answer.verdict != Verdict::UnknownCause || task.budget.is_over(Stage::Compose) {
+        if answer.verdict != Verdict::UnknownCause {
+            return;
+        }
+        let is_late = || task.budget.is_over(Stage::Compose);
+        if is_late() {
+            answer.adequacy.add_untried_table();
             return;
         }
         let calibrated = &self.search.calibrated;
         let is_told = answer.effects.iter().any(|effect| effect.accepted);
         let checks = self.checks();
         let alone = tabled(task, calibrated, &checks);
-        let is_late = task.budget.is_over(Stage::Compose);
-        let beside = (is_told && !is_late && answer.adequacy.may_be_meant(true))
-            .then(|| tabled(task, accepted, &checks))
-            .flatten();
+        let may_stay = is_told && answer.adequacy.may_be_meant(true);
+        let is_cut = may_stay && is_late();
+        let beside = (may_stay && !is_cut).then(|| tabled(task, accepted, &checks)).flatten();
         let best = match (alone, beside) {
             (Some(alone), Some(beside)) if beside.scored.fitted.cost < NEEDED * alone.scored.fitted.cost => {
                 Some(beside)
@@ -49,6 +53,8 @@ impl Judge<'_> {
             if let Some(&r) = checks.first() {
                 answer.inverse = lacking(task, calibrated, &best.scored, r);
             }
+        } else if is_cut {
+            answer.adequacy.add_untried_table();
         }
     }
 

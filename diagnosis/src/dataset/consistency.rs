@@ -35,7 +35,7 @@ pub(super) const SAME_PUSH: f64 = 0.7;
 /// the shape of a motion.
 const SAME_SHAPE: f64 = 0.95;
 /// Relative tolerance of a factor between units, for readings of one motion.
-const NEAR: f64 = 0.15;
+pub(super) const NEAR: f64 = 0.15;
 /// Relative tolerance of a factor if a mass and friction lie between the columns.
 pub(super) const NEAR_FORCE: f64 = 0.3;
 /// Largest plausible ratio between a motion and the command over the believed mass.
@@ -98,6 +98,7 @@ pub(super) fn check(dataset: &Dataset, columns: &IndexMap<String, ColumnSpec>) -
     body.force_clocks(&forces, &mut odd);
     body.command_clocks(&commands, &mut odd);
     body.work(&mut odd);
+    body.effort(&mut odd);
     merge(dataset, odd)
 }
 
@@ -374,6 +375,17 @@ impl Body<'_> {
     /// The command of the drive that pushes a group, and the resulting acceleration of the group's mass in
     /// free motion.
     pub(super) fn driven_by(&self, record: &Record, group: usize) -> Option<(String, Vec<f64>)> {
+        let (command, column, mass) = self.free_drive_of(record, group)?;
+        let span = Self::span(record);
+        Some((column, smoothed(command, span).into_iter().map(|u| u / mass).collect()))
+    }
+
+    /// [`Self::drive_of`] in free motion, if no spring holds the group.
+    pub(super) fn free_drive_of<'r>(
+        &self,
+        record: &'r Record,
+        group: usize,
+    ) -> Option<(&'r Vec<f64>, String, f64)> {
         let is_free = record
             .engagement
             .map_or(self.assembly.contacts.is_empty(), |engagement| engagement == Engagement::Free);
@@ -382,9 +394,7 @@ impl Body<'_> {
                 && link.stiffness > 0.0
                 && (self.groups[link.a] == group || self.groups[link.b] == group)
         });
-        let (command, column, mass) = self.drive_of(record, group)?;
-        let span = Self::span(record);
-        (is_free && !held).then(|| (column, smoothed(command, span).into_iter().map(|u| u / mass).collect()))
+        (is_free && !held).then(|| self.drive_of(record, group)).flatten()
     }
 
     /// The command of the only force drive of a group, its column, and the group's mass.

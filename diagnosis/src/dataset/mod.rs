@@ -5,6 +5,7 @@ mod check;
 mod compare;
 mod consistency;
 mod data;
+mod effort;
 pub(crate) mod fault;
 mod fault_words;
 pub(crate) mod laps;

@@ -23,6 +23,9 @@ pub(super) const STATED: &str = "its own `unit` or `scale` (are its numbers in S
 const TOO_SMALL: &str = "the inverse of a factor between units (converted twice?)";
 /// The factor belongs to no common unit.
 pub(super) const COUNTS: &str = "no factor of common units (counts?)";
+/// The factor of a command belongs to no common unit, and is too small for counts.
+pub(super) const CURRENT: &str = "no factor of common units (a current for a force, or a mass that the \
+                                  machine file lacks?)";
 
 /// A column of a comparison.
 #[derive(Clone, Copy, Debug)]

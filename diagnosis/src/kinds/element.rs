@@ -1,5 +1,7 @@
 //! The element of a trial effect, and features of the records.
 
+use std::f64::consts::TAU;
+
 use feeler_catalogue::Key;
 use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::{ActuatorKind, Body, Contact, ElementKind, Machine, Site, Spring};
@@ -61,6 +63,15 @@ impl<'a> Element<'a> {
         let Host::Actuator(i) = self.host else { return false };
         let drive = self.machine.actuators.get_index(i);
         drive.is_some_and(|(_, drive)| matches!(drive.kind, ActuatorKind::PositionServo(_)))
+    }
+
+    /// Travel of the driven body per turn of the element's motor, m or rad; `None` if the element has none.
+    pub(crate) fn motor_turn(&self) -> Option<f64> {
+        let Host::Actuator(i) = self.host else { return None };
+        match &self.machine.actuators.get_index(i)?.1.kind {
+            ActuatorKind::DcMotor(motor) => Some(TAU / motor.gear_ratio),
+            _ => None,
+        }
     }
 
     /// The assembled machine.

@@ -408,3 +408,6 @@ impl ModeFlow {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

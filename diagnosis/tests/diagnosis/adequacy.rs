@@ -3,11 +3,13 @@
 //! with separately written equations.
 
 use std::f64::consts::TAU;
+use std::time::Duration;
 
+use feeler_diagnosis::adequacy::Condition;
 use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
 use feeler_diagnosis::replay::replay;
 use feeler_diagnosis::report::{ForceOver, Verdict};
-use feeler_diagnosis::{Diagnosis, diagnose};
+use feeler_diagnosis::{Budget, Diagnosis, diagnose, diagnose_within};
 use feeler_files::Document;
 use feeler_plant::assembly::{Source, TabulatedForce};
 use feeler_plant::effects::{EffectUse, ForceTable, Kind, Parameters as _, SpeedTable};
@@ -182,12 +184,16 @@ fn bumps(x: f64) -> f64 {
     9.0 * (-((x - 0.03) / 0.05).powi(2)).exp() - 6.0 * (-((x + 0.07) / 0.04).powi(2)).exp()
 }
 
-/// The answer for a carriage on that spring.
-fn answer_held(force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
+/// Records of a carriage on that spring.
+fn held(force: &dyn Fn(f64, f64) -> f64) -> Dataset {
     let mut dataset = dataset(HELD, &|x, v| 400.0 * x + force(x, v));
     // A table can imitate a spring, so the spring's stiffness is known.
     dataset.tolerance.insert("springs.spring.stiffness".into(), 1e-3);
-    diagnose(&dataset, &|_| {}).expect("there is an answer")
+    dataset
+}
+
+fn answer_held(force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
+    diagnose(&held(force), &|_| {}).expect("there is an answer")
 }
 
 /// Tolerance of the table as a share of the largest force. Nine points over the stroke approximate the bumps
@@ -200,7 +206,7 @@ fn truth_a_force_of_no_library_becomes_a_table_and_no_cause() {
     let table = table_of(&answer);
     assert_eq!((table.on.as_str(), table.over), ("springs.guide", "position"));
     assert!(table.closed > 0.5, "{table:?}");
-    assert!(!accepted(&answer).contains(&"force-table"));
+    assert!(!accepted(&answer).contains(&"force-table") && !answer.adequacy.has_untried_table());
     let effects = &answer.machine.springs["guide"].effects;
     let found = effects.iter().find_map(EffectUse::parameters::<ForceTable>).expect("it has one");
     // The machine has exactly the reported table.
@@ -211,6 +217,16 @@ fn truth_a_force_of_no_library_becomes_a_table_and_no_cause() {
         let (own, real) = (read.force(x), -bumps(x));
         assert!((own - real).abs() < TABLE * 9.0, "{own} for {real} at {x}: {table:?}");
     }
+}
+
+#[test]
+fn truth_a_table_that_the_time_did_not_suffice_for_is_named_with_the_remedy() {
+    let none = Budget::of(Duration::ZERO);
+    let answer = diagnose_within(&held(&|x, _| bumps(x)), none, &|_| {}).expect("there is an answer");
+    assert_eq!((answer.verdict, &answer.table), (Verdict::UnknownCause, &None), "{}", told(&answer));
+    let said = answer.adequacy.shortfalls.iter().find(|short| short.condition == Condition::Table);
+    let said = &said.unwrap_or_else(|| panic!("{}", told(&answer))).what;
+    assert!(said.contains("a table of the missing force") && said.contains("longer `--budget`"), "{said}");
 }
 
 /// The table of an answer without a cause.

@@ -55,18 +55,30 @@ fn multisine(command: Commanded, turn: f64) -> Vec<f64> {
     raw.iter().map(|x| command.peak * x / largest).collect()
 }
 
-/// Two fit records and one check record of `believed` with `effect`, diagnosed with the machine `believed`.
+/// Shares of the largest command of two fit records and one check record, with the turns of their phases.
+const RECORDS: [(f64, f64, &str); 3] = [(1.0, 0.0, "fit"), (0.4, 0.7, "fit"), (0.8, 1.9, "check")];
+
+/// The answer for multisines.
 fn diagnosed(believed: &str, effect: &str, signal: &str, command: Commanded) -> Diagnosis {
+    let of = |share, turn| multisine(Commanded { peak: share * command.peak, ..command }, turn);
+    diagnosed_under(believed, effect, signal, &of)
+}
+
+/// Two fit records and one check record of `believed` with `effect`, diagnosed with the machine `believed`.
+/// `command` gives the command of a record.
+fn diagnosed_under(
+    believed: &str,
+    effect: &str,
+    signal: &str,
+    command: &dyn Fn(f64, f64) -> Vec<f64>,
+) -> Diagnosis {
     let folder = tempfile::tempdir().expect("a folder");
     let mut dataset = format!(
         "machine = \"machine.toml\"\n[columns.u]\nsignal = \"{signal}\"\nhold = {SPACING_S}\n\
          [columns.y]\nsignal = \"encoder.reading\"\n"
     );
-    for (i, (share, turn, role)) in
-        [(1.0, 0.0, "fit"), (0.4, 0.7, "fit"), (0.8, 1.9, "check")].into_iter().enumerate()
-    {
-        let peak = share * command.peak;
-        let values = multisine(Commanded { peak, ..command }, turn);
+    for (i, (share, turn, role)) in RECORDS.into_iter().enumerate() {
+        let values = command(share, turn);
         let points = values.iter().enumerate().map(|(k, u)| format!("[{}, {u:e}]", k as f64 * SPACING_S));
         let text = format!(
             "{believed}{effect}[controllers.aim]\nlaw = \"open-loop\"\ndrives = \"drive\"\n\
@@ -74,7 +86,7 @@ fn diagnosed(believed: &str, effect: &str, signal: &str, command: Commanded) -> 
              [run]\nduration = {}\nseed = {i}\nrecord = [\"drive.command\", \"encoder.reading\"]\n\
              record_rate = {}\n",
             points.collect::<Vec<_>>().join(", "),
-            (ROWS - 1) as f64 * SPACING_S,
+            (values.len() - 1) as f64 * SPACING_S,
             1.0 / SPACING_S
         );
         let scenario = Document::parse(&text, "real.toml").expect("a scenario").scenario;
@@ -116,6 +128,34 @@ fn truth_friction_behind_a_motor_is_found_from_voltage_and_encoder() {
     let command = Commanded { peak: 12.0, high_hz: 12.0, held: 2 };
     let answer = diagnosed(&format!("{AXIS}{motor}"), FRICTION, "drive.voltage", command);
     is_found(&answer, Kind::CoulombFriction, 3.0);
+}
+
+/// Ripple of a strain-wave gear: twice per turn of the motor, a hundred times per turn of the joint. Over a
+/// stroke of more than a turn no pitch that the records alone suggest is as short.
+#[test]
+fn truth_ripple_at_two_per_motor_turn_is_found_at_the_stated_gear_ratio() {
+    const RATIO: f64 = 50.0;
+    const AMPLITUDE: f64 = 3.0;
+    let joint = format!(
+        "axis = \"rotational\"\n[bodies.joint]\nmass = 0.5\n[springs.guide]\n\
+         between = [\"ground\", \"joint\"]\ndamping = 5.0\n\
+         [sensors.encoder]\nreads = \"joint.position\"\nnoise = 2e-6\n\
+         [actuators.drive]\non = \"joint\"\nkind = \"dc-motor\"\nresistance = 1.5\n\
+         torque_constant = 0.05\ngear_ratio = {RATIO}\n"
+    );
+    let hidden = format!(
+        "[actuators.drive.effects.force-ripple]\namplitude = {AMPLITUDE}\npitch = {}\nphase = 0.4\n\
+         harmonic = 2.0\n",
+        TAU / RATIO
+    );
+    let stroke = |share: f64, turn: f64| {
+        let at = |k: u32| (TAU * 0.15 * f64::from(k) * SPACING_S + turn).sin();
+        (0..3000).map(|k| 24.0 * share * at(k)).collect()
+    };
+    let answer = diagnosed_under(&joint, &hidden, "drive.voltage", &stroke);
+    is_found(&answer, Kind::ForceRipple, AMPLITUDE);
+    let pitch = answer.effects[0].parameters["pitch"].value;
+    assert!((pitch * RATIO * 2.0 / TAU - 1.0).abs() < 1e-3, "{pitch}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod adequacy;
 mod beginning;
 mod bristles;
+mod budget;
 mod contradictions;
 mod drives;
 mod emps;
@@ -15,8 +16,10 @@ mod inputs;
 mod joint;
 mod one_machine;
 mod recovery;
+mod small_joint;
 mod so101;
 mod surface;
+mod tx40;
 mod units;
 mod warming;
 

@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use feeler_diagnosis::adequacy::Condition;
+use feeler_diagnosis::adequacy::{Condition, Shortfall};
 use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
 use feeler_diagnosis::predict::Predictor;
 use feeler_diagnosis::report::{AttemptOutcome, Verdict};
@@ -20,7 +20,7 @@ const ROWS: usize = 1200;
 const ENCODER_NOISE_M: f64 = 2e-7;
 const ACCELERATION_NOISE_M_PER_S2: f64 = 0.03;
 
-const BELIEVED: &str = r#"
+pub(crate) const BELIEVED: &str = r#"
 name = "bench"
 [bodies.motor]
 mass = 7.0
@@ -328,6 +328,25 @@ fn regress_a_soft_joint_that_hardly_damps_is_found_by_a_motor_encoder_alone() {
             "{tried}"
         );
     }
+}
+
+/// A drive that is wired the wrong way round.
+#[test]
+fn truth_a_negative_gain_is_a_reversed_sign_and_no_plausible_gain() {
+    let answer =
+        diagnose(&records_of("[actuators.drive.effects.drive-gain]\ngain = -1.05\n"), &|_| {}).unwrap();
+    let (kind, gain) = first(&answer);
+    assert_eq!(kind, Kind::DriveGain, "{:?}", answer.attempts);
+    assert!((gain / -1.05 - 1.0).abs() < 0.1, "{gain}");
+    assert_ne!(answer.verdict, Verdict::Explained);
+    let [said] = answer.contradictions.as_slice() else { panic!("{:?}", answer.contradictions) };
+    assert!(
+        said.starts_with("`command`: has the opposite sign") && said.contains("reverse the sign"),
+        "{said}"
+    );
+    let is_doubted =
+        |short: &Shortfall| short.condition == Condition::Plausible && short.what.contains("sign");
+    assert!(answer.adequacy.shortfalls.iter().any(is_doubted), "{:?}", answer.adequacy.shortfalls);
 }
 
 #[test]

@@ -125,6 +125,47 @@ fn truth_every_column_of_a_force_axis_is_named_for_its_own_fault() {
     }
 }
 
+/// Half of the command is friction, the encoder's steps hide the acceleration of single rows, and the command
+/// is noisy. A hidden mass does not count as a wrong unit.
+#[test]
+fn truth_a_wrong_unit_is_named_where_friction_and_steps_hide_the_acceleration() {
+    const HIDDEN: f64 = 2.5;
+    let machine =
+        FORCE_AXIS.replace("[sensors.accelerometer]\nreads = \"tip.acceleration\"\nnoise = 0.01\n", "");
+    let push: fn(f64) -> f64 = |t| {
+        let [_, speed, acceleration] = wave(t);
+        let noise = (43_758.5 * (12_989.8 * t).sin()).fract();
+        5.0 * acceleration + 20.0 * speed + 40.0 * speed.signum() + 10.0 * noise
+    };
+    let place: fn(f64) -> f64 = |t| (wave(t)[0] / 2e-3).round() * 2e-3;
+    let more: fn(f64) -> f64 = |t| {
+        let [_, speed, acceleration] = wave(t);
+        HIDDEN * 5.0 * acceleration + 20.0 * speed + 40.0 * speed.signum()
+    };
+    for push in [push, more] {
+        let columns: [Column<'_>; 2] =
+            [("command", "drive.command", "", push), ("place", "encoder.reading", "", place)];
+        assert_eq!(accused(&machine, &columns, None), Vec::<Fault>::new());
+    }
+    let columns: [Column<'_>; 2] =
+        [("command", "drive.command", "", push), ("place", "encoder.reading", "", place)];
+    for (column, factor, named, words) in [
+        ("place", 180.0 / std::f64::consts::PI, "place", "57.3 (degrees for radians?)"),
+        ("place", 4096.0 / std::f64::consts::TAU, "place", "652 (counts of 4096 a turn for radians?)"),
+        ("place", 1e3, "place", "1000 (mm for m?)"),
+        ("command", 1e3, "command", "1000 (mN for N?)"),
+        ("command", 10.0, "command", "no factor of common units (a current for a force"),
+        ("command", 0.1, "command", "no factor of common units (a current for a force"),
+    ] {
+        names(&accused(&machine, &columns, Some((column, factor))), named, words);
+    }
+    // Without the steps of the encoder either column may be wrong. If they are as stated, the command is.
+    let kilo = Some(("command", 1e-3));
+    names(&accused(&machine, &columns, kilo), "place", "1000 (mm for m?)");
+    let machine = machine.replace("noise = 1e-7", "resolution = 2e-3");
+    names(&accused(&machine, &columns, kilo), "command", "1/1000 (kN for N?)");
+}
+
 /// Target and motion of a servo, and of a motor with a position loop, 40 ms apart.
 #[test]
 fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {

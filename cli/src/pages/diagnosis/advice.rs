@@ -84,10 +84,17 @@ impl<'a> Advised<'a> {
     }
 }
 
-/// The step if causes were left untried: a longer search.
+/// The step if causes, or a table in place of a cause, were left untried: a longer search.
 fn longer(diagnosis: &Diagnosis) -> Option<String> {
     let longer = "Diagnose again with a larger --budget, or with --budget unlimited.";
-    diagnosis.adequacy.has_untried().then(|| format!("{longer} Until then do not rely on a cause."))
+    let why = if diagnosis.adequacy.has_untried() {
+        "Until then do not rely on a cause."
+    } else if diagnosis.adequacy.has_untried_table() {
+        "It tries a table of the missing force, which can stand in for the cause."
+    } else {
+        return None;
+    };
+    Some(format!("{longer} {why}"))
 }
 
 /// Recommendations for the machine.
@@ -210,7 +217,7 @@ mod tests {
 
     /// Terminal and page print the same steps.
     #[test]
-    fn truth_the_first_step_is_a_longer_search_if_causes_were_left_untried() {
+    fn truth_the_first_step_is_a_longer_search_if_causes_or_a_table_were_left_untried() {
         for verdict in [
             Verdict::Explained,
             Verdict::Ambiguous,
@@ -226,9 +233,12 @@ mod tests {
                 assert!(json["verdict"].is_string(), "{json}");
                 steps
             };
-            let (cut, all) = (steps(&[Condition::Rivals, Condition::Tried]), steps(&[Condition::Rivals]));
+            let all = steps(&[Condition::Rivals]);
             let names = |steps: &[String]| steps.iter().filter(|step| step.contains("--budget")).count();
-            assert!(cut[0].contains("larger --budget") && names(&cut) == 1, "{verdict:?}: {cut:?}");
+            for left in [Condition::Tried, Condition::Table] {
+                let cut = steps(&[Condition::Rivals, left]);
+                assert!(cut[0].contains("larger --budget") && names(&cut) == 1, "{verdict:?}: {cut:?}");
+            }
             assert_eq!(names(&all), 0, "{verdict:?}: {all:?}");
         }
     }

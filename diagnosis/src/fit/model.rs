@@ -110,9 +110,11 @@ impl Model {
             let log = parameter.scale == Scale::Log;
             let unit = if parameter.typical == 0.0 { values[i].abs() } else { parameter.typical.abs() };
             let (target, bounds) = (Target::Effect(index, i), (0.0, 0.0));
-            let mut unknown = Unknown { target, log, unit, prior: None, bounds, difference: DIFFERENCE };
             // Values of a small machine, or of one that turns, are far below typical ones.
-            let size = if values[i] > 0.0 { unit.min(values[i]) } else { unit };
+            let size = if values[i] == 0.0 { unit } else { unit.min(values[i].abs()) };
+            let is_scaled = !log && [Dimension::MASS, Dimension::FORCE].contains(&parameter.dimension);
+            let difference = if is_scaled { DIFFERENCE * size / unit } else { DIFFERENCE };
+            let mut unknown = Unknown { target, log, unit, prior: None, bounds, difference };
             let floor = if log { size * NEXT_TO_NOTHING } else { parameter.bounds.0 };
             unknown.bounds =
                 (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use feeler_plant::names::list;
 
 use super::fault::{FaultKind, Yardstick, as_in};
-use super::units::STATED;
+use super::units::{CURRENT, STATED};
 
 /// Remedy if the position of the machine is unknown.
 const NOT_PLACED: &str = "the position of the machine is unknown, so the experiment does not count; check \
@@ -146,6 +146,9 @@ impl FaultKind {
             Self::BelowNoise { .. } => "check the unit of the column, and the `noise` that is stated",
             Self::Units { what, .. } if *what == STATED => {
                 "remove its `unit` or `scale`, or state the true one"
+            }
+            Self::Units { what, .. } if *what == CURRENT => {
+                "bring both columns to SI, or correct the mass in the machine file"
             }
             Self::Units { factor, .. } if *factor < 0.0 => "reverse the sign of one of the two columns",
             Self::Units { .. } => "bring both columns to SI",

@@ -104,7 +104,7 @@ impl ControlLoop {
 
     fn build(scenario: &Scenario, view: &View, with_targets: bool) -> Result<Self, AnalysisError> {
         let program = Program::new(scenario)?;
-        let mut assembly = program.motion().assembly().clone();
+        let mut assembly = program.motion().stated().clone();
         for (i, drive) in assembly.drives.iter_mut().enumerate() {
             let mut commanding = program.loops().filter(|wiring| !wiring.is_servo && wiring.drive == i);
             drive.linearise_interpolation(commanding.next().map(|wiring| wiring.spec.period_s));

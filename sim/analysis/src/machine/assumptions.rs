@@ -101,6 +101,9 @@ impl ControlLoop {
                     "taken as sliding one way: a constant force, which neither damps nor holds; at rest it \
                      sticks instead"
                 }
+                FrictionView::Stuck if link.presliding.is_some() => {
+                    "taken as sticking: a spring and a damper, as it yields"
+                }
                 FrictionView::Stuck => "taken as sticking: both bodies move as one",
             };
             found.when(link.friction.acts(), &of, "dry friction", friction);

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use crate::common::{force_loop, machine};
-use feeler_analysis::{ContactView, FrictionView, HeldCommand, LinearMachine, View};
+use feeler_analysis::{ContactView, ControlLoop, FrictionView, HeldCommand, LinearMachine, View};
 use feeler_lti::C64;
-use feeler_plant::description::{ContactLaw, Engagement, Profile, Quantity, SignalName};
+use feeler_plant::description::{ContactLaw, Engagement, Machine, Profile, Quantity, SignalName};
 use feeler_plant::effects::{EffectUse, find};
 
 /// Newton's method ends at 1e-10 of the forces.
@@ -175,4 +175,40 @@ fn truth_bristles_at_rest_are_a_spring_and_a_damper() {
     for (bent, held) in bent.iter().zip(&held) {
         assert!((bent.eigenvalue - held.eigenvalue).norm() < 1e-9 * held.eigenvalue.norm(), "{bent:?}");
     }
+}
+
+/// A guide that yields before it slides is a spring while it sticks, and adds nothing while it slides.
+#[test]
+fn truth_a_guide_that_yields_is_a_spring_only_while_it_sticks() {
+    let (stiffness, damping_ratio) = (3e5, 0.4);
+    let with = |kinds: &[(&str, &[f64])]| {
+        let mut machine = machine();
+        let used = kinds
+            .iter()
+            .map(|(kind, values)| EffectUse { definition: find(kind).unwrap(), values: values.to_vec() });
+        machine.springs["guide"].effects.extend(used);
+        machine
+    };
+    let dry = ("coulomb-friction", &[10.0][..]);
+    let yielding = with(&[dry, ("presliding", &[stiffness, damping_ratio])]);
+    let view = |friction| View { friction, ..View::CLAMPED };
+    let [slides, bare] = [&yielding, &with(&[dry])]
+        .map(|machine| LinearMachine::new(machine, &view(FrictionView::Ignored)).unwrap());
+    assert_eq!(slides.a(), bare.a());
+    let sticks = LinearMachine::new(&yielding, &view(FrictionView::Stuck)).unwrap();
+    let mut held = machine();
+    let guide = &mut held.springs["guide"];
+    guide.stiffness_n_per_m += stiffness;
+    // The motor of 7 kg slides.
+    guide.damping_n_s_per_m += 2.0 * damping_ratio * (stiffness * 7.0_f64).sqrt();
+    let held = LinearMachine::new(&held, &view(FrictionView::Ignored)).unwrap();
+    assert!((sticks.a() - held.a()).amax() < 1e-12 * held.a().amax());
+    // A loop has the same poles as without yielding: the sliding surfaces of the run are no part of it.
+    let poles = |machine: &Machine| {
+        let mut scenario = force_loop(0.1, 0.0);
+        scenario.machine = machine.clone();
+        let whole = ControlLoop::new(&scenario, &View::CLAMPED).unwrap();
+        whole.plant().a().clone()
+    };
+    assert_eq!(poles(&yielding), poles(&with(&[dry])));
 }

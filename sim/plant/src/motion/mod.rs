@@ -37,6 +37,8 @@ use crate::problem::Problem;
 #[derive(Clone, Debug)]
 pub struct Motion {
     pub(crate) assembly: Assembly,
+    /// The machine without the sliding surfaces of guides that yield, if it has any.
+    stated: Option<Box<Assembly>>,
     pub(crate) coordinates: Coordinates,
     pub(crate) layout: Layout,
     pub(crate) switches: Vec<Switch>,
@@ -50,7 +52,8 @@ impl Motion {
     /// Joined bodies with different initial velocities, a machine in which nothing moves, or more switches
     /// than a [`Mode`] holds.
     pub fn new(mut assembly: Assembly) -> Result<Self, Vec<Problem>> {
-        assembly.soften();
+        let stated = assembly.clone();
+        let stated = (!assembly.soften().is_empty()).then(|| Box::new(stated));
         let coordinates = Coordinates::new(&assembly)?;
         let switches = modes::switches(&assembly, &coordinates);
         if switches.len() > Mode::CAPACITY {
@@ -63,7 +66,7 @@ impl Motion {
         }
         let terms = nonlinear::terms(&assembly, &coordinates);
         let layout = Layout::new(&assembly, &coordinates, terms.len());
-        Ok(Self { assembly, coordinates, layout, switches, terms })
+        Ok(Self { assembly, stated, coordinates, layout, switches, terms })
     }
 
     /// Writes the values of the nonlinear terms in a mode into the extended vector.
@@ -91,9 +94,14 @@ impl Motion {
         }
     }
 
-    /// The machine's numbers.
+    /// The machine's numbers, with the sliding surfaces of guides that yield.
     pub fn assembly(&self) -> &Assembly {
         &self.assembly
+    }
+
+    /// The machine's numbers as stated, without these surfaces.
+    pub fn stated(&self) -> &Assembly {
+        self.stated.as_deref().unwrap_or(&self.assembly)
     }
 
     /// Which bodies move together.

@@ -2,6 +2,7 @@
 
 use feeler_plant::description::ActuatorKind;
 
+use super::horizons::share;
 use crate::dataset::Dataset;
 
 /// Largest ratio of the error of a servo's free run to the signal in a complete answer. Right answers left 1
@@ -18,8 +19,8 @@ pub(super) fn strayed(dataset: &Dataset, off: Option<f64>) -> Option<String> {
 }
 
 fn told(off: Option<f64>) -> Option<String> {
-    let percent = 100.0 * off.filter(|off| *off > MOST_STRAYED)?;
-    Some(format!("the servo corrects its position, yet a free run is off by {percent:.1} % of the signal"))
+    let off = share(off.filter(|off| *off > MOST_STRAYED)?);
+    Some(format!("the servo corrects its position, yet a free run is off by {off} of the signal"))
 }
 
 #[cfg(test)]
@@ -30,5 +31,6 @@ mod tests {
     fn truth_a_free_run_counts_beyond_a_tenth() {
         assert!(told(Some(0.09)).is_none() && told(None).is_none());
         assert!(told(Some(0.246)).is_some_and(|text| text.contains("24.6 %")));
+        assert!(told(Some(1e24)).is_some_and(|text| text.contains("more than 1000 %")));
     }
 }

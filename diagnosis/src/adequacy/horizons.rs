@@ -171,9 +171,16 @@ const LOST_FURTHER: f64 = 3.0;
 /// Larger shares are not printed as numbers.
 const MOST_SHARE: f64 = 10.0;
 
+/// Smaller shares get more digits, %.
+const LEAST_PERCENT: f64 = 0.1;
+
 /// A share in percent, or a bound if its number would be meaningless.
 pub(super) fn share(value: f64) -> String {
-    if value > MOST_SHARE { "more than 1000 %".into() } else { format!("{:.1} %", 100.0 * value) }
+    match 100.0 * value {
+        percent if percent > 100.0 * MOST_SHARE => "more than 1000 %".into(),
+        percent if percent > 0.0 && percent < LEAST_PERCENT => format!("{percent:.3} %"),
+        percent => format!("{percent:.1} %"),
+    }
 }
 
 #[cfg(test)]

@@ -52,6 +52,8 @@ pub enum Condition {
     Rivals,
     /// Every cause was tried.
     Tried,
+    /// The records do not contradict each other or the machine in units, signs or clocks.
+    Records,
     /// The time sufficed for a table of the missing force, if no cause explains it.
     Table,
 }
@@ -59,7 +61,7 @@ pub enum Condition {
 impl Condition {
     /// Whether a failure only leaves the answer in doubt, without evidence against it.
     fn is_of_others(self) -> bool {
-        matches!(self, Self::Far | Self::Tolerance | Self::Rivals | Self::Tried | Self::Table)
+        matches!(self, Self::Far | Self::Tolerance | Self::Rivals | Self::Tried | Self::Records | Self::Table)
     }
 }
 
@@ -189,6 +191,12 @@ impl Adequacy {
             );
             self.shortfalls.push(Shortfall { condition: Condition::Tried, what });
         }
+    }
+
+    /// Reports that the records contradict each other.
+    pub(crate) fn add_contradiction(&mut self) {
+        let what = "the records contradict each other, which may explain the findings".into();
+        self.shortfalls.push(Shortfall { condition: Condition::Records, what });
     }
 
     /// Reports that the time did not suffice for a table of the missing force.

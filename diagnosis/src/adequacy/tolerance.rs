@@ -10,8 +10,8 @@ use crate::kinds::{SURELY_LATE_ROWS, dossier};
 /// between rows or holds each value, and both act early. A later command may be a short lag.
 const UNDOUBTED_ROWS: f64 = 0.2;
 
-/// The believed values at the limits of their tolerances, and commands that act late or at the limit of their
-/// timing, in words.
+/// The believed values at the limits of their tolerances, commands that act late or at the limit of their
+/// timing, and the softest presliding, in words.
 pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
     let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
     let say = |(key, [believed, fitted]): (String, [f64; 2])| {
@@ -35,7 +35,10 @@ pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
              as a delay or a lag (state `hold`)"
         )
     });
-    values.chain(shifted).chain(in_all(dataset, accepted)).collect()
+    let soft = model.is_presliding_softest(theta).then(|| {
+        "before it slides, a guide yields as softly as fits allow: something else may give way there".into()
+    });
+    values.chain(shifted).chain(in_all(dataset, accepted)).chain(soft).collect()
 }
 
 /// The delay of commands without a stated hold, in words, if causes make it longer than a hold does, but not

@@ -32,6 +32,8 @@ const RIVALLED: f64 = 0.9;
 /// little. On a wild seed 2 of 6 places were right beside unsure causes. At equal probability the place of a
 /// cause comes first.
 const POINTED: f64 = 0.25;
+/// The same if the residual points clearly and no cause was found or left untried.
+const POINTED_ALONE: f64 = 0.7;
 /// An error above this many noise floors is an error of the model.
 const ROUGH: f64 = 2.0;
 /// Smallest number of places among look-alike causes at which the records do not determine the place.
@@ -102,6 +104,9 @@ impl Judge<'_> {
         }
         adequacy.add_rivals(self.maybe_absent(accepted, sigma));
         adequacy.add_untried(attempts.untried.len());
+        if self.dataset.warnings.iter().any(|fault| fault.kind.is_contradiction()) {
+            adequacy.add_contradiction();
+        }
         let mut left = unknown::unexplained(&self.search.calibrated, accepted);
         let is_elongation = |c: usize| self.search.task.weights.is_elongation(c);
         left.retain(|(c, sigmas)| adequacy.is_unexplained(*sigmas, is_elongation(*c)));
@@ -158,8 +163,7 @@ impl Judge<'_> {
             ],
             &noise,
         );
-        let places =
-            self.places(accepted, &removed, &effects, (verdict, adequacy.smooth), (&field, known), &cells);
+        let places = self.places(accepted, &removed, &effects, (verdict, &adequacy), (&field, known), &cells);
         let tried = self.tried(attempts, accepted);
         let inverse =
             checks.first().map_or_else(Vec::new, |&r| unknown::lacking(task, calibrated, accepted, r));
@@ -167,6 +171,9 @@ impl Judge<'_> {
         let is_late = task.budget.is_over(Stage::Compose);
         let open = near.first().filter(|_| verdict != Verdict::UnknownCause && !is_late);
         let next_experiment = open.and_then(|rival| next_experiment(self, accepted, rival));
+        let ladder = ladder(task, calibrated);
+        let presliding = self.presliding(accepted, &adequacy, &machine);
+        let calibrated = self.machine_of(calibrated, &adequacy);
         Diagnosis {
             verdict,
             gap,
@@ -174,7 +181,7 @@ impl Judge<'_> {
             places,
             effects,
             look_alikes,
-            presliding: self.presliding(accepted),
+            presliding,
             attempts: tried,
             warnings: (in_words(&self.dataset.warnings).into_iter())
                 .chain(self.timing(accepted))
@@ -186,14 +193,14 @@ impl Judge<'_> {
                 .collect(),
             next_experiment,
             cells,
-            ladder: ladder(task, calibrated),
+            ladder,
             missing_force_n,
             left: what_is_left(task, accepted),
             table: None,
             noise: self.dataset.channels.iter().map(|channel| channel.column.clone()).zip(noise).collect(),
             inverse,
             machine,
-            calibrated: calibrated.fitted.machine(),
+            calibrated,
         }
     }
 
@@ -328,7 +335,7 @@ impl Judge<'_> {
         accepted: &Scored,
         removed: &[Scored],
         effects: &[Cause],
-        (verdict, smooth): (Verdict, Option<Place>),
+        (verdict, adequacy): (Verdict, &Adequacy),
         (field, known): (&Field, f64),
         cells: &[GapCell],
     ) -> Vec<Where> {
@@ -340,7 +347,7 @@ impl Judge<'_> {
                 &self.search.calibrated
             },
         );
-        let smooth = smooth.filter(|_| verdict == Verdict::UnknownCause);
+        let smooth = adequacy.smooth.filter(|_| verdict == Verdict::UnknownCause);
         if let Some(place) = smooth {
             pointer.place = place;
             pointer.evidence =
@@ -356,7 +363,8 @@ impl Judge<'_> {
         }
         if verdict == Verdict::UnknownCause {
             let is_alone = accepted.causes.is_empty() && pointer.is_clear;
-            let rest = if is_alone || smooth.is_some() { 0.7 } else { POINTED };
+            let is_clear = (is_alone || smooth.is_some()) && !adequacy.has_untried();
+            let rest = if is_clear { POINTED_ALONE } else { POINTED };
             let chance = chances.entry(pointer.place.name()).or_insert(0.0);
             *chance = chance.max(rest);
         }

@@ -13,7 +13,7 @@ use crate::kinds::dossier;
 
 /// Factor on the deviations of values fitted together with dry friction: for 8 delays and modes the median
 /// error was 4 times the fit's deviation.
-const BESIDE_FRICTION: f64 = 4.0;
+pub(super) const BESIDE_FRICTION: f64 = 4.0;
 
 /// Standard deviation of a parameter of cause `i`, widened from the fit's `deviation`; the rows are
 /// `spacing_s` apart.

@@ -1,32 +1,81 @@
-//! How guides yield before they slide, as an answer states it.
+//! How guides yield before they slide, as an answer and its machine state it.
 
 use feeler_catalogue::Tabled;
-use feeler_plant::description::{Axis, Spring};
-use feeler_plant::effects::Kind;
+use feeler_plant::description::{Axis, Machine, Quantity, Spring};
+use feeler_plant::effects::{EffectUse, Kind};
 
+use crate::adequacy::Adequacy;
 use crate::answer::causes::NINETY_PERCENT;
+use crate::answer::intervals::BESIDE_FRICTION;
 use crate::fit::scored::Scored;
 use crate::fit::yielding::Yielding;
 use crate::judge::Judge;
 use crate::report::{Estimate, Presliding};
 
 impl Judge<'_> {
-    /// Presliding of the guides of an accepted set.
-    pub(super) fn presliding(&self, accepted: &Scored) -> Vec<Presliding> {
-        let machine = &self.dataset.machine;
+    /// The guides of a fitted set that surely yield as fitted. Empty if the answer is inadequate or causes
+    /// were left untried: then the guide may yield in place of another cause.
+    fn yielding(&self, scored: &Scored, adequacy: &Adequacy) -> Vec<Yielding> {
+        if adequacy.is_short() || adequacy.has_untried() {
+            return Vec::new();
+        }
+        let early = &scored.fitted.sigma;
+        let widened = |sigma: &[f64]| sigma.iter().map(|sigma| BESIDE_FRICTION * sigma).collect::<Vec<_>>();
+        let is_seen = |yielding: &Yielding| yielding.deflection_m > self.finest_m();
+        // The lasting deviations take time, and are never smaller.
+        if !scored.fitted.yielding(&widened(early)).iter().any(is_seen) {
+            return Vec::new();
+        }
+        let sure = scored.fitted.yielding(&widened(&self.deviations(scored)));
+        sure.into_iter().filter(is_seen).collect()
+    }
+
+    /// The finest position that the channels show, m: zero beside accelerometers.
+    fn finest_m(&self) -> f64 {
+        let of = |wanted: Quantity| {
+            let machine = &self.dataset.machine;
+            self.dataset.channels.iter().filter(move |channel| channel.quantity(machine) == wanted)
+        };
+        if of(Quantity::Acceleration).next().is_some() {
+            return 0.0;
+        }
+        of(Quantity::Position)
+            .map(|channel| channel.resolution.max(channel.noise))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The machine of a fitted set. Its guides state how they yield.
+    pub(super) fn machine_of(&self, scored: &Scored, adequacy: &Adequacy) -> Machine {
+        let mut machine = scored.fitted.model.machine(&scored.fitted.theta);
+        for Yielding { spring, presliding, .. } in self.yielding(scored, adequacy) {
+            let values = vec![presliding.stiffness, presliding.damping_ratio];
+            let definition = Kind::Presliding.definition();
+            machine.springs[spring].effects.push(EffectUse { definition, values });
+        }
+        machine
+    }
+
+    /// Presliding of the guides of an accepted set, as far as the proposed machine states it.
+    pub(super) fn presliding(
+        &self,
+        accepted: &Scored,
+        adequacy: &Adequacy,
+        machine: &Machine,
+    ) -> Vec<Presliding> {
         let parameters = Kind::Presliding.definition().parameters;
-        let of = |Yielding { spring, presliding, sigma }: Yielding| {
-            let (name, _) = machine.springs.get_index(spring)?;
-            let estimate = |i: usize, value: f64| {
+        let of = |Yielding { spring, presliding, sigma, .. }: Yielding| {
+            let (name, stated) = machine.springs.get_index(spring)?;
+            let values = [presliding.stiffness, presliding.damping_ratio];
+            let is_it =
+                |effect: &EffectUse| effect.definition.kind == Kind::Presliding && effect.values == values;
+            stated.effects.iter().find(|effect| is_it(effect))?;
+            let [stiffness, damping_ratio] = [0, 1].map(|i| {
                 let by = (NINETY_PERCENT * sigma[i]).exp();
                 let unit = parameters[i].dimension.si_unit(machine.axis == Axis::Rotational).into_owned();
-                Estimate { value, ci90: [value / by, value * by], unit }
-            };
-            let on = Spring::place(name);
-            let [stiffness, damping_ratio] = [(0, presliding.stiffness), (1, presliding.damping_ratio)]
-                .map(|(i, value)| estimate(i, value));
-            Some(Presliding { on, stiffness, damping_ratio })
+                Estimate { value: values[i], ci90: [values[i] / by, values[i] * by], unit }
+            });
+            Some(Presliding { on: Spring::place(name), stiffness, damping_ratio })
         };
-        accepted.fitted.yielding().into_iter().filter_map(of).collect()
+        self.yielding(accepted, adequacy).into_iter().filter_map(of).collect()
     }
 }

@@ -13,14 +13,16 @@ impl Judge<'_> {
     /// experiment on which the change makes the free run stray is enough. If the causes are not proposed,
     /// `adequacy` gets the reason.
     pub(super) fn proposed(&self, accepted: &Scored, adequacy: &mut Adequacy) -> Machine {
-        let of = |scored: &Scored| scored.fitted.machine();
-        let (repaired, believed) = (of(accepted), &self.dataset.machine);
+        let of = |scored: &Scored, adequacy: &Adequacy| self.machine_of(scored, adequacy);
+        let (repaired, believed) = (of(accepted, adequacy), &self.dataset.machine);
         // Calibration alone makes no claim that needs a reason.
         let is_promised = !accepted.causes.is_empty();
         // Once impacts have made a prediction lose the motion, the size of its error is chance.
         let is_chance = |error: f64| error > Criteria::default().lost && !believed.contacts.is_empty();
         let given = free_run(self.dataset, believed).filter(|given| !is_chance(*given));
-        let Some(given) = given else { return repaired };
+        let Some(given) = given else {
+            return if adequacy.may_be_meant(is_promised) { repaired } else { believed.clone() };
+        };
         let is_better = |own: Option<f64>| own.is_some_and(|own| own <= given);
         let own = free_run(self.dataset, &repaired);
         if is_promised && !is_better(own) {
@@ -34,7 +36,7 @@ impl Judge<'_> {
                 adequacy.add_stray(&self.dataset.records[r].name, errors);
             }
         }
-        let calibrated = of(&self.search.calibrated);
+        let calibrated = of(&self.search.calibrated, adequacy);
         let may_be_calibrated = is_promised
             && adequacy.may_be_meant(false)
             && is_better(free_run(self.dataset, &calibrated))

@@ -85,6 +85,16 @@ impl Model {
         self.is_timing_at_limit(theta) && self.leeway(theta).late_rows > 0.0
     }
 
+    /// Whether guides yield at the lowest frequency that is searched.
+    pub(crate) fn is_presliding_softest(&self, theta: &[f64]) -> bool {
+        let is_it = |(unknown, theta): (&Unknown, &f64)| {
+            unknown.target == Target::PreslidingFrequency
+                && unknown.is_at_end(*theta)
+                && unknown.prior.is_some_and(|(centre, _)| *theta < centre)
+        };
+        self.unknowns.iter().zip(theta).any(is_it)
+    }
+
     /// Values of the unknowns beyond the machine, at `theta`.
     pub(crate) fn leeway(&self, theta: &[f64]) -> Leeway {
         let mut found = Leeway::default();

@@ -2,15 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use feeler_plant::assembly::Presliding;
-use feeler_plant::description::Machine;
-use feeler_plant::effects::{EffectUse, Kind};
+use feeler_plant::assembly::{Link, Presliding};
 
 use crate::fit::least_squares::Fitted;
 use crate::fit::unknown::Target;
 
-/// Records show the presliding of guides if they determine its frequency this well: its deviation over that
-/// of the prior.
+/// Records show the presliding of guides if they determine its frequency and damping ratio this well: the
+/// deviation of each over that of its prior.
 const SHOWN: f64 = 0.5;
 
 /// The fitted presliding of a guide.
@@ -20,44 +18,34 @@ pub(crate) struct Yielding {
     pub(crate) presliding: Presliding,
     /// Relative standard deviations of stiffness and damping ratio.
     pub(crate) sigma: [f64; 2],
+    /// Largest deflection before sliding, m.
+    pub(crate) deflection_m: f64,
 }
 
 impl Fitted {
-    /// The guides that yield as fitted. Empty if the records do not show it, and for guides that state it.
-    pub(crate) fn yielding(&self) -> Vec<Yielding> {
+    /// The guides that yield as fitted, for standard deviations `sigma` of all values. Empty if the records
+    /// do not show it; guides that state it are left out.
+    pub(crate) fn yielding(&self, sigma: &[f64]) -> Vec<Yielding> {
         let of = |target: Target| {
             let i = self.model.unknowns.iter().position(|unknown| unknown.target == target)?;
-            let (unknown, theta) = (&self.model.unknowns[i], self.theta[i]);
-            let sigma = *self.sigma.get(i)?;
+            let (unknown, theta, sigma) = (&self.model.unknowns[i], self.theta[i], *sigma.get(i)?);
             let is_shown = sigma < SHOWN * unknown.prior?.1 && !unknown.is_at_end(theta);
-            Some((unknown.value(theta), sigma, is_shown))
+            is_shown.then(|| (unknown.value(theta), sigma))
         };
-        let frequency = of(Target::PreslidingFrequency).filter(|(.., is_shown)| *is_shown);
-        let (Some((hz, of_hz, _)), Some((damping_ratio, of_ratio, _))) =
-            (frequency, of(Target::PreslidingDamping))
-        else {
-            return Vec::new();
-        };
+        let found = of(Target::PreslidingFrequency).zip(of(Target::PreslidingDamping));
+        let Some(((hz, of_hz), (damping_ratio, of_ratio))) = found else { return Vec::new() };
         let Some(assembly) = self.model.assembly(&self.theta, None) else { return Vec::new() };
         let springs = self.model.believed.springs.len();
-        let dry = assembly.dry_guides().filter(|(i, link)| *i < springs && link.presliding.is_none());
-        dry.map(|(spring, link)| {
+        let yielding = |(spring, link): (usize, &Link)| {
             let stiffness = assembly.sliding_mass_kg(link) * (TAU * hz).powi(2);
-            let presliding = Presliding { stiffness, damping_ratio };
-            Yielding { spring, presliding, sigma: [2.0 * of_hz, of_ratio] }
-        })
-        .collect()
-    }
-
-    /// The fitted machine. Its guides state their presliding.
-    pub(crate) fn machine(&self) -> Machine {
-        let mut machine = self.model.machine(&self.theta);
-        for Yielding { spring, presliding, .. } in self.yielding() {
-            let values = vec![presliding.stiffness, presliding.damping_ratio];
-            machine.springs[spring]
-                .effects
-                .push(EffectUse { definition: Kind::Presliding.definition(), values });
-        }
-        machine
+            Yielding {
+                spring,
+                presliding: Presliding { stiffness, damping_ratio },
+                sigma: [2.0 * of_hz, of_ratio],
+                deflection_m: link.friction.forward.max(link.friction.backward) / stiffness,
+            }
+        };
+        let dry = assembly.dry_guides().filter(|(i, link)| *i < springs && link.presliding.is_none());
+        dry.map(yielding).collect()
     }
 }

@@ -49,6 +49,22 @@ pub(crate) enum Anchoring {
     Never,
 }
 
+/// Meaning of a difference between the first readings of two bodies, beyond their steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Beside {
+    /// The spring between them is deflected: the record begins under load.
+    Bent,
+    /// Their sensors have different zeros.
+    Shifted,
+}
+
+/// How a record begins.
+pub(super) struct Placed {
+    pub(super) is_in_motion: bool,
+    /// Whether readings show a deflected spring.
+    pub(super) is_bent: bool,
+}
+
 /// A channel that corrects the prediction.
 #[derive(Clone, Debug)]
 struct Tap {
@@ -79,6 +95,8 @@ pub(super) struct Anchor {
     /// The coordinate of the first measured body of the chain, and those that no sensor of position shows.
     pub(super) lead: usize,
     pub(super) hidden: Vec<usize>,
+    /// Noise or step of the measured position, m.
+    finest_m: f64,
     positions: Vec<Tap>,
     accelerations: Vec<Tap>,
     omega: f64,
@@ -113,8 +131,14 @@ pub(super) fn pace_of(assembly: &Assembly, channels: &[Channel], record: &Record
 /// Sets position and speed of the first measured chain from the first rows of its encoder. `omega` is the
 /// natural frequency of the observer, rad/s.
 ///
-/// Returns whether the record begins in motion.
-pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Record, omega: f64) -> bool {
+/// `beside` says what other readings mean that show a deflected spring.
+pub(super) fn place(
+    assembly: &mut Assembly,
+    channels: &[Channel],
+    record: &Record,
+    omega: f64,
+    beside: Beside,
+) -> Placed {
     for (channel, series) in channels.iter().zip(&record.series) {
         let Some((node, relative_to, Quantity::Position)) = assembly.node_read(channel.source) else {
             continue;
@@ -139,15 +163,22 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Reco
                     assembly.nodes[relative_to].velocity_m_per_s + speed / gain;
             }
         }
-        place_beside(assembly, channels, record, omega, node);
-        return begun.is_some() || is_in_motion(series, step);
+        let is_bent = place_beside(assembly, channels, record, omega, (node, beside));
+        return Placed { is_in_motion: begun.is_some() || is_in_motion(series, step), is_bent };
     }
-    false
+    Placed { is_in_motion: false, is_bent: false }
 }
 
-/// Sets the other measured bodies of the chain of `first` to their own readings, if these show a deflected
-/// spring between them. The record then begins under load.
-fn place_beside(assembly: &mut Assembly, channels: &[Channel], record: &Record, omega: f64, first: usize) {
+/// Sets the other measured bodies of the chain of `first` to their own readings, or shifts the zeros of
+/// these, where they show a deflected spring between them. Returns whether any do.
+fn place_beside(
+    assembly: &mut Assembly,
+    channels: &[Channel],
+    record: &Record,
+    omega: f64,
+    (first, beside): (usize, Beside),
+) -> bool {
+    let mut is_bent = false;
     for (channel, series) in channels.iter().zip(&record.series) {
         let Some((node, relative_to, Quantity::Position)) = assembly.node_read(channel.source) else {
             continue;
@@ -164,25 +195,29 @@ fn place_beside(assembly: &mut Assembly, channels: &[Channel], record: &Record, 
             .map_or_else(|| first_value(series, record.spacing_s, 1.0 / omega, step), |[value, _]| value);
         let read = (value - bias) / gain + assembly.nodes[relative_to].position_m;
         let bent = read - assembly.nodes[node].position_m;
-        if bent.abs() > BENT_STEPS * step / gain.abs() {
-            for member in as_one {
-                assembly.nodes[member].position_m += bent;
-            }
+        if bent.abs() <= BENT_STEPS * step / gain.abs() {
+            continue;
+        }
+        is_bent = true;
+        match (beside, channel.source) {
+            (Beside::Shifted, Source::Sensor(sensor)) => assembly.sensors[sensor].bias += gain * bent,
+            _ => as_one.into_iter().for_each(|member| assembly.nodes[member].position_m += bent),
         }
     }
+    is_bent
 }
 
 impl Anchor {
     /// The corrections of the first chain with a measured position, from the channels that are not silent.
     /// `None` if there is no such chain. Sliding surfaces stay in place. Without accelerometers the natural
-    /// frequency is `pace`, rad/s.
+    /// frequency is `pace`, rad/s. If zeros are shifted, only the first sensor shows where its body is.
     pub(super) fn new(
         motion: &Motion,
         channels: &[Channel],
         silent: &[bool],
         surfaces: &[usize],
-        spacing_s: f64,
-        pace: f64,
+        (spacing_s, pace): (f64, f64),
+        beside: Beside,
     ) -> Option<Self> {
         let assembly = motion.assembly();
         let of_kind = |wanted: Quantity| {
@@ -205,8 +240,11 @@ impl Anchor {
         };
         let coordinates = coordinates_of(&|node| !surfaces.contains(node));
         let whole = coordinates_of(&|_| true);
-        let shown: Vec<usize> =
-            of_kind(Quantity::Position).filter_map(|(_, _, node, _)| motion.coordinates().of(node)).collect();
+        let counted = if beside == Beside::Shifted { 1 } else { usize::MAX };
+        let shown: Vec<usize> = of_kind(Quantity::Position)
+            .take(counted)
+            .filter_map(|(_, _, node, _)| motion.coordinates().of(node))
+            .collect();
         let hidden = coordinates.iter().copied().filter(|g| !shown.contains(g)).collect();
         let lead = motion.coordinates().of(first)?;
         let tap = |i: usize, channel: &Channel, weight: f64| {
@@ -259,7 +297,16 @@ impl Anchor {
         } else {
             (density / variance).powf(0.25).clamp(OMEGA_RANGE.0, OMEGA_RANGE.1).min(0.2 / spacing_s)
         };
-        Some(Self { coordinates, whole, lead, hidden, positions, accelerations, omega })
+        Some(Self {
+            coordinates,
+            whole,
+            lead,
+            hidden,
+            finest_m: variance.sqrt(),
+            positions,
+            accelerations,
+            omega,
+        })
     }
 
     /// Difference between the position's reading and its prediction, before the dead zone.
@@ -270,6 +317,11 @@ impl Anchor {
     /// Shifts the position and the speed of the whole chain.
     pub(super) fn shift(&self, machine: &Moving, xi: &mut [f64], by: [f64; 2]) {
         shift(machine, xi, &self.whole, by);
+    }
+
+    /// Noise or step of the measured position, m.
+    pub(super) fn finest_m(&self) -> f64 {
+        self.finest_m
     }
 
     /// Natural frequency of the observer, rad/s.

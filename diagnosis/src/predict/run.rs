@@ -3,7 +3,7 @@
 use feeler_lanes::dispatch;
 use feeler_plant::assembly::{Assembly, Source};
 
-use super::anchor::{Anchor, Anchoring, pace_of, place};
+use super::anchor::{Anchor, Anchoring, Beside, pace_of, place};
 use super::begin::Parabola;
 use super::imposed::impose;
 use super::leeway::{Leeway, means_between_rows};
@@ -73,6 +73,9 @@ pub struct Predictor<'a> {
     pace: f64,
     /// Whether the record begins in motion.
     is_in_motion: bool,
+    /// Meaning of a difference between the first readings of two bodies, and whether there is one.
+    beside: Beside,
+    is_bent: bool,
     /// See [`Leeway::late_rows`].
     late_rows: f64,
 }
@@ -142,7 +145,9 @@ impl<'a> Predictor<'a> {
         Self::as_warm(assembly, surfaces, precision, dataset, record, late_rows)
     }
 
-    /// Prepares a machine whose windings have the heat that its assembly states.
+    /// Prepares a machine whose windings have the heat that its assembly states. Where the first readings of
+    /// two bodies differ, the spring between them is deflected, or their zeros differ: whichever lets the
+    /// first rows swing less.
     fn as_warm(
         mut assembly: Assembly,
         surfaces: Vec<usize>,
@@ -154,21 +159,38 @@ impl<'a> Predictor<'a> {
         if let Some(engagement) = record.engagement {
             assembly.contacts.iter_mut().for_each(|contact| contact.engagement = engagement);
         }
-        let pace = pace_of(&assembly, &dataset.channels, record);
-        let is_in_motion = place(&mut assembly, &dataset.channels, record, pace);
-        impose(&mut assembly, dataset, record);
-        let servos = loops(&assembly, &dataset.loops)?;
-        let sources = dataset.channels.iter().map(|channel| channel.source).collect();
-        Ok(Self {
-            dataset,
-            record,
-            machine: Moving::new(assembly, sources, record.spacing_s, precision)?,
-            servos,
-            surfaces,
-            pace,
-            is_in_motion,
-            late_rows,
-        })
+        let begin = |mut assembly: Assembly, beside: Beside| {
+            let pace = pace_of(&assembly, &dataset.channels, record);
+            let placed = place(&mut assembly, &dataset.channels, record, pace, beside);
+            impose(&mut assembly, dataset, record);
+            let servos = loops(&assembly, &dataset.loops)?;
+            let sources = dataset.channels.iter().map(|channel| channel.source).collect();
+            Ok::<_, DiagnosisError>(Self {
+                dataset,
+                record,
+                machine: Moving::new(assembly, sources, record.spacing_s, precision)?,
+                servos,
+                surfaces: surfaces.clone(),
+                pace,
+                is_in_motion: placed.is_in_motion,
+                beside,
+                is_bent: placed.is_bent,
+                late_rows,
+            })
+        };
+        let mut bent = begin(assembly.clone(), Beside::Bent)?;
+        if !bent.is_bent {
+            return Ok(bent);
+        }
+        let mut shifted = begin(assembly, Beside::Shifted)?;
+        Ok(if shifted.first_swing()? < bent.first_swing()? { shifted } else { bent })
+    }
+
+    /// Error of the first rows, see [`swing`].
+    fn first_swing(&mut self) -> Result<f64, DiagnosisError> {
+        let commands = self.effective_commands();
+        let state = self.start(self.anchor().as_ref(), &commands)?;
+        self.swing_from(state, &commands)
     }
 
     /// Predicts freely from the first row to the last.
@@ -198,8 +220,7 @@ impl<'a> Predictor<'a> {
     ) -> Result<Prediction, DiagnosisError> {
         let dt = self.record.spacing_s;
         let rows = self.record.len();
-        let (motion, silent) = (&self.machine.motion, &self.record.silent);
-        let anchor = Anchor::new(motion, &self.dataset.channels, silent, &self.surfaces, dt, self.pace);
+        let anchor = self.anchor();
         let commands = self.effective_commands();
         let mut state = self.start(anchor.as_ref(), &commands)?;
         let anchor = anchor.filter(|_| anchoring == Anchoring::Continuous);
@@ -274,14 +295,19 @@ impl<'a> Predictor<'a> {
         Ok(prediction)
     }
 
+    fn anchor(&self) -> Option<Anchor> {
+        let (motion, times) = (&self.machine.motion, (self.record.spacing_s, self.pace));
+        let (channels, silent) = (&self.dataset.channels, &self.record.silent);
+        Anchor::new(motion, channels, silent, &self.surfaces, times, self.beside)
+    }
+
     /// The state at the first row. Springs that no sensor shows are deflected if the first readings agree
     /// better with that.
     fn start(&mut self, anchor: Option<&Anchor>, commands: &[Vec<f64>]) -> Result<State, DiagnosisError> {
         let bare = self.start_with(anchor, commands, false)?;
         let Some(anchor) = anchor.filter(|anchor| !anchor.hidden.is_empty()) else { return Ok(bare) };
         let loaded = self.start_with(Some(anchor), commands, true)?;
-        let step = self.dataset.channels.iter().map(|channel| channel.noise.max(channel.resolution));
-        let step = step.fold(f64::INFINITY, f64::min);
+        let step = anchor.finest_m();
         let q = |g: &usize| self.machine.motion.layout().q(*g);
         if anchor.hidden.iter().all(|g| (loaded.xi[q(g)] - bare.xi[q(g)]).abs() <= step) {
             return Ok(bare);
@@ -355,7 +381,9 @@ impl<'a> Predictor<'a> {
         if let Some(anchor) = anchor.filter(|_| is_loaded) {
             let mut loaded = state.clone();
             for (&Driven { drive, .. }, commands) in self.dataset.drives.iter().zip(commands) {
-                self.machine.set_input(&mut loaded, drive, commands[0]);
+                let first = &commands[..commands.len().min(FEWEST_STARTING)];
+                let mean = first.iter().sum::<f64>() / first.len().max(1) as f64;
+                self.machine.set_input(&mut loaded, drive, mean);
             }
             if self.machine.load(&mut loaded, &anchor.hidden, anchor.lead) {
                 state = loaded;

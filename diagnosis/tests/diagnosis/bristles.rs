@@ -37,6 +37,10 @@ fn chirp(peak_n: f64, [from_hz, to_hz]: [f64; 2]) -> Vec<f64> {
 
 /// Records of the axis with an effect at its guide: five below the friction of 7 N, two far above.
 fn records_of(effect: &str) -> Dataset {
+    records_with(effect, NOISE_M)
+}
+
+fn records_with(effect: &str, noise_m: f64) -> Dataset {
     let commands = [
         (chirp(3.0, [0.5, 5.0]), false),
         (chirp(12.0, [1.0, 3.0]), false),
@@ -46,7 +50,7 @@ fn records_of(effect: &str) -> Dataset {
         (chirp(3.2, [0.5, 6.0]), true),
         (chirp(20.0, [2.0, 4.0]), true),
     ];
-    recorded([BELIEVED, &format!("{BELIEVED}{effect}")], &commands, &[NOISE_M])
+    recorded([BELIEVED, &format!("{BELIEVED}{effect}")], &commands, &[noise_m])
 }
 
 #[test]
@@ -90,15 +94,17 @@ fn truth_how_dry_friction_yields_is_stated_with_the_answer() {
     assert_eq!(found, [Kind::CoulombFriction]);
     let [guide] = &answer.presliding[..] else { panic!("{:?}", answer.presliding) };
     assert_eq!(guide.on, "springs.guide");
-    // A few per cent beyond the interval of a fit with an exact law.
-    for (estimate, value) in [(&guide.stiffness, 3.0e5), (&guide.damping_ratio, 0.3)] {
+    for (estimate, value, most) in [(&guide.stiffness, 3.0e5, 1.5), (&guide.damping_ratio, 0.3, 4.0)] {
         let [low, high] = estimate.ci90;
-        assert!((0.97 * low..1.03 * high).contains(&value) && high < 1.5 * low, "{value}: {low} to {high}");
+        assert!((low..high).contains(&value) && high < most * low, "{value}: {low} to {high}");
     }
     let effects = &answer.machine.springs["guide"].effects;
     let stated =
         effects.iter().find(|effect| effect.definition.kind == Kind::Presliding).expect("it is stated");
     assert!((stated.values[0] / guide.stiffness.value - 1.0).abs() < 1e-12);
+    // Noise above the deflection of 20 um hides it.
+    let coarse = diagnose(&records_with(yielding, 4e-5), &|_| {}).unwrap();
+    assert!(coarse.presliding.is_empty(), "{:?}", coarse.presliding);
     let again = Dataset { machine: answer.machine.clone(), ..dataset };
     let answer = diagnose(&again, &|_| {}).unwrap();
     assert_eq!((answer.verdict, answer.presliding.len()), (Verdict::NoGap, 0));

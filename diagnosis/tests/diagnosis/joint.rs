@@ -32,17 +32,20 @@ reads = "load.position"
 noise = 1.0e-6
 "#;
 
+/// Largest force and frequency of each experiment, and whether it checks.
+const LEVELS: [(f64, f64, bool); 5] =
+    [(0.6, 3.0, false), (0.4, 2.0, false), (0.5, 2.5, false), (0.55, 2.0, true), (0.45, 3.0, true)];
+
+fn chirp((peak_n, to_hz, is_check): (f64, f64, bool)) -> (Vec<f64>, bool) {
+    let lasts_s = ROWS as f64 * SPACING_S;
+    let at = |t: f64| peak_n * (TAU * (0.5 * t + 0.5 * (to_hz - 0.5) / lasts_s * t * t)).sin();
+    ((0..ROWS).map(|k| at(k as f64 * SPACING_S)).collect(), is_check)
+}
+
 /// The answer if the load's encoder departs from the motor's by a wave over the position, as an eccentric
 /// scale does. No effect of the library does that.
 fn answer(amplitude_m: f64) -> Diagnosis {
-    let chirp = |(peak_n, to_hz, is_check): (f64, f64, bool)| {
-        let lasts_s = ROWS as f64 * SPACING_S;
-        let at = |t: f64| peak_n * (TAU * (0.5 * t + 0.5 * (to_hz - 0.5) / lasts_s * t * t)).sin();
-        ((0..ROWS).map(|k| at(k as f64 * SPACING_S)).collect(), is_check)
-    };
-    let levels =
-        [(0.6, 3.0, false), (0.4, 2.0, false), (0.5, 2.5, false), (0.55, 2.0, true), (0.45, 3.0, true)];
-    let commands: Vec<(Vec<f64>, bool)> = levels.into_iter().map(chirp).collect();
+    let commands: Vec<(Vec<f64>, bool)> = LEVELS.into_iter().map(chirp).collect();
     let mut dataset = recorded([BELIEVED; 2], &commands, &[NOISE_M; 2]);
     for record in &mut dataset.records {
         let [motor, load] = record.series.as_mut_slice() else { panic!("two encoders") };
@@ -51,6 +54,21 @@ fn answer(amplitude_m: f64) -> Diagnosis {
         }
     }
     diagnose(&dataset, &|_| {}).expect("there is an answer")
+}
+
+/// A machine as believed, with a flexible joint whose second encoder has another zero. Nothing is hidden.
+#[test]
+fn truth_zeros_of_two_encoders_are_no_deflection() {
+    let flexible = BELIEVED.replace("rigid = true", "stiffness = 3.0e4\ndamping = 20.0");
+    let commands: Vec<(Vec<f64>, bool)> = LEVELS.into_iter().map(chirp).collect();
+    for zero_m in [2e-5, 1e-3] {
+        let mut dataset = recorded([&flexible; 2], &commands, &[NOISE_M; 2]);
+        let loads = dataset.records.iter_mut().flat_map(|record| &mut record.series[1]);
+        loads.for_each(|load| *load += zero_m);
+        let answer = diagnose(&dataset, &|_| {}).expect("there is an answer");
+        let said = (&answer.gap, &answer.adequacy.shortfalls);
+        assert_eq!(answer.verdict, Verdict::NoGap, "{zero_m}: {said:?}");
+    }
 }
 
 #[test]

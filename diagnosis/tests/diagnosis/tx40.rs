@@ -71,7 +71,8 @@ fn reference_a_joint_of_a_moving_arm_is_not_explained_by_a_single_axis() {
             assert!(dataset.warnings.iter().all(|fault| !fault.kind.is_contradiction()));
             let answer = in_time(&dataset, BUDGET);
             let said = (answer.verdict, &answer.effects, &answer.adequacy.shortfalls);
-            assert_ne!(answer.verdict, Verdict::Explained, "joint {}: {said:?}", joint + 1);
+            let is_unsure = matches!(answer.verdict, Verdict::Ambiguous | Verdict::UnknownCause);
+            assert!(is_unsure, "joint {}: {said:?}", joint + 1);
             assert!(answer.effects.iter().all(|effect| effect.probability < 0.9), "{said:?}");
             // The answer states how far off it is.
             assert!(

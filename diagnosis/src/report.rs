@@ -92,7 +92,7 @@ pub struct Cause {
 
 /// How a guide with dry friction yields before it slides, as fitted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Presliding {
+pub struct GuidePresliding {
     /// Name of the guide.
     pub on: String,
     /// Its stiffness at rest.
@@ -309,7 +309,7 @@ pub struct Diagnosis {
     pub look_alikes: Vec<[Kind; 2]>,
     /// How guides yield before they slide, where the records show it and the file does not state it. The
     /// repaired machine has it as its effect `presliding`. It is not a cause.
-    pub presliding: Vec<Presliding>,
+    pub presliding: Vec<GuidePresliding>,
     /// All attempts, the best first.
     pub attempts: Vec<Attempt>,
     /// The experiment that would best separate the remaining causes. `None` if one cause remains, or if no

@@ -1,6 +1,7 @@
 //! `feeler diagnose`, `feeler replay` and `feeler blind`, on records from `feeler run`.
 
 use std::fmt::Write as _;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -239,4 +240,30 @@ fn truth_records_that_cannot_be_used_are_named_with_what_to_do() {
     );
     let said = bench.feeler(&["diagnose", "nowhere"]);
     assert_eq!(said.code, BAD_INPUT, "{}", said.err);
+}
+
+/// Time beyond the budget, in times of a diagnosis without any, which does what cannot be left out. The
+/// promise is a deadline, not a speed: this measures how fast and how busy the computer is.
+const MARGIN: u32 = 5;
+
+/// The example needs half a minute or more. In less, its answer is whole and names what was not tried.
+#[test]
+fn truth_a_diagnosis_ends_within_its_budget() {
+    let bench = Bench::new();
+    let dataset = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/datasets/bench-axis");
+    let within = |budget: &str| {
+        let begun = Instant::now();
+        let said = bench.feeler(&["diagnose", dataset, "--budget", budget, "--out", "answer", "--json"]);
+        (serde_json::from_str::<Value>(&said.out).expect("an answer"), begun.elapsed())
+    };
+    let (_, least) = within("0.1 s");
+    let (answer, took) = within("3 s");
+    assert!(took < Duration::from_secs(3) + MARGIN * least, "{took:?}, without any {least:?}");
+    assert!(answer["gap"]["refit"].is_number() && !answer["cells"].as_array().unwrap().is_empty());
+    let left = |attempt: &&Value| attempt["why"].as_str().unwrap().starts_with("not tried: the time");
+    let untried = answer["attempts"].as_array().unwrap().iter().filter(left).count();
+    let shortfalls = answer["adequacy"]["shortfalls"].as_array().unwrap();
+    let said = shortfalls.iter().find(|short| short["condition"] == "tried").expect("it is said");
+    let said = said["what"].as_str().unwrap();
+    assert!(untried > 0 && said.contains(&format!("{untried} causes")), "{untried}: {said}");
 }

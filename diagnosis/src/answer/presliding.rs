@@ -10,7 +10,7 @@ use crate::answer::intervals::BESIDE_FRICTION;
 use crate::fit::scored::Scored;
 use crate::fit::yielding::Yielding;
 use crate::judge::Judge;
-use crate::report::{Estimate, Presliding};
+use crate::report::{Estimate, GuidePresliding};
 
 impl Judge<'_> {
     /// The guides of a fitted set that surely yield as fitted. Empty if the answer is inadequate or causes
@@ -61,7 +61,7 @@ impl Judge<'_> {
         accepted: &Scored,
         adequacy: &Adequacy,
         machine: &Machine,
-    ) -> Vec<Presliding> {
+    ) -> Vec<GuidePresliding> {
         let parameters = Kind::Presliding.definition().parameters;
         let of = |Yielding { spring, presliding, sigma, .. }: Yielding| {
             let (name, stated) = machine.springs.get_index(spring)?;
@@ -74,7 +74,7 @@ impl Judge<'_> {
                 let unit = parameters[i].dimension.si_unit(machine.axis == Axis::Rotational).into_owned();
                 Estimate { value: values[i], ci90: [values[i] / by, values[i] * by], unit }
             });
-            Some(Presliding { on: Spring::place(name), stiffness, damping_ratio })
+            Some(GuidePresliding { on: Spring::place(name), stiffness, damping_ratio })
         };
         self.yielding(accepted, adequacy).into_iter().filter_map(of).collect()
     }

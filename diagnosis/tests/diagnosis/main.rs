@@ -3,7 +3,6 @@
 mod adequacy;
 mod beginning;
 mod bristles;
-mod budget;
 mod contradictions;
 mod drives;
 mod emps;

@@ -20,7 +20,7 @@ const ROWS: usize = 1200;
 const ENCODER_NOISE_M: f64 = 2e-7;
 const ACCELERATION_NOISE_M_PER_S2: f64 = 0.03;
 
-pub(crate) const BELIEVED: &str = r#"
+const BELIEVED: &str = r#"
 name = "bench"
 [bodies.motor]
 mass = 7.0

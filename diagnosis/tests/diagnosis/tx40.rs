@@ -9,8 +9,7 @@ use std::time::Duration;
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::report::Verdict;
-
-use crate::budget::in_time;
+use feeler_diagnosis::{Budget, diagnose_within};
 
 /// Gear ratio of each joint (README of the data), and published inertia, damping and dry friction, on the
 /// joint's side.
@@ -69,7 +68,7 @@ fn reference_a_joint_of_a_moving_arm_is_not_explained_by_a_single_axis() {
         for friction in [true, false] {
             let dataset = dataset(&data, joint, friction);
             assert!(dataset.warnings.iter().all(|fault| !fault.kind.is_contradiction()));
-            let answer = in_time(&dataset, BUDGET);
+            let answer = diagnose_within(&dataset, Budget::of(BUDGET), &|_| {}).expect("an answer");
             let said = (answer.verdict, &answer.effects, &answer.adequacy.shortfalls);
             let is_unsure = matches!(answer.verdict, Verdict::Ambiguous | Verdict::UnknownCause);
             assert!(is_unsure, "joint {}: {said:?}", joint + 1);

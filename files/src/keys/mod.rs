@@ -64,8 +64,9 @@ pub(crate) static TOP: &[Key] = &[NAME, ABOUT, AXIS_KIND, BASE];
 pub(crate) const TOLERANCE: &str = "tolerance";
 /// Meaning of `[tolerance]`.
 pub(crate) const TOLERANCE_TEXT: &str = "how far a believed value may be off before that counts as a \
-    finding, as the logarithm of a factor: 0.05 is about 5 %, 0.5 allows factors from 0.61 to 1.65. Dotted \
-    keys in quotes, as in \"bodies.motor.mass\" = 0.05";
+    finding, as the logarithm of a factor: 0.05 is about 5 %, 0.5 allows factors from 0.61 to 1.65. For \
+    dampings and effects the factor is one plus the number: 0.5 allows 0.67 to 1.5. Dotted keys in quotes, \
+    as in \"bodies.motor.mass\" = 0.05";
 /// The table of effects under an element.
 pub(crate) const EFFECTS: &str = "effects";
 

@@ -171,17 +171,15 @@ impl Judge<'_> {
         let is_late = task.budget.is_over(Stage::Compose);
         let open = near.first().filter(|_| verdict != Verdict::UnknownCause && !is_late);
         let next_experiment = open.and_then(|rival| next_experiment(self, accepted, rival));
-        let ladder = ladder(task, calibrated);
-        let presliding = self.presliding(accepted, &adequacy, &machine);
-        let calibrated = self.machine_of(calibrated, &adequacy);
         Diagnosis {
             verdict,
             gap,
+            presliding: self.presliding(accepted, &adequacy, &machine),
+            calibrated: self.machine_of(calibrated, &adequacy),
             adequacy,
             places,
             effects,
             look_alikes,
-            presliding,
             attempts: tried,
             warnings: (in_words(&self.dataset.warnings).into_iter())
                 .chain(self.timing(accepted))
@@ -193,14 +191,13 @@ impl Judge<'_> {
                 .collect(),
             next_experiment,
             cells,
-            ladder,
+            ladder: ladder(task, calibrated),
             missing_force_n,
             left: what_is_left(task, accepted),
             table: None,
             noise: self.dataset.channels.iter().map(|channel| channel.column.clone()).zip(noise).collect(),
             inverse,
             machine,
-            calibrated,
         }
     }
 

@@ -79,6 +79,21 @@ struct Tap {
 }
 
 impl Tap {
+    /// The corrections by channel `number`, with a weight.
+    fn of(assembly: &Assembly, channel: &Channel, spacing_s: f64, (number, weight): (usize, f64)) -> Self {
+        let (gain, bias) = channel.scale(assembly);
+        let (late, step) = match channel.source {
+            Source::Sensor(s) => {
+                let sensor = &assembly.sensors[s];
+                let step = sensor.resolutions.iter().copied().fold(0.0, f64::max);
+                ((sensor.delay / spacing_s).round() as usize, step)
+            }
+            _ => (0, 0.0),
+        };
+        let dead_zone = if step > COARSE * channel.noise { 0.5 * step } else { 0.0 };
+        Self { channel: number, weight, gain, bias, dead_zone, late }
+    }
+
     /// Difference between reading and prediction.
     fn beyond(&self, predicted: &[f64], series: &[Vec<f64>], row: usize) -> f64 {
         let measured = series[self.channel][(row + self.late).min(series[self.channel].len() - 1)];
@@ -240,26 +255,12 @@ impl Anchor {
         };
         let coordinates = coordinates_of(&|node| !surfaces.contains(node));
         let whole = coordinates_of(&|_| true);
-        let counted = if beside == Beside::Shifted { 1 } else { usize::MAX };
-        let shown: Vec<usize> = of_kind(Quantity::Position)
-            .take(counted)
-            .filter_map(|(_, _, node, _)| motion.coordinates().of(node))
-            .collect();
-        let hidden = coordinates.iter().copied().filter(|g| !shown.contains(g)).collect();
+        let shown = of_kind(Quantity::Position).map(|(_, _, node, _)| node);
+        let shown = shown.take(if beside == Beside::Shifted { 1 } else { usize::MAX });
+        let hidden = without(&coordinates, shown.filter_map(|node| motion.coordinates().of(node)));
         let lead = motion.coordinates().of(first)?;
-        let tap = |i: usize, channel: &Channel, weight: f64| {
-            let (gain, bias) = channel.scale(assembly);
-            let (late, step) = match channel.source {
-                Source::Sensor(s) => {
-                    let sensor = &assembly.sensors[s];
-                    let step = sensor.resolutions.iter().copied().fold(0.0, f64::max);
-                    ((sensor.delay / spacing_s).round() as usize, step)
-                }
-                _ => (0, 0.0),
-            };
-            let dead_zone = if step > COARSE * channel.noise { 0.5 * step } else { 0.0 };
-            Tap { channel: i, weight, gain, bias, dead_zone, late }
-        };
+        let tap =
+            |i: usize, channel: &Channel, weight: f64| Tap::of(assembly, channel, spacing_s, (i, weight));
         let mut positions = Vec::new();
         let mut variance = 0.0;
         for (i, channel, _, _) in of_kind(Quantity::Position)
@@ -349,6 +350,12 @@ impl Anchor {
         let dv = spacing_s * (acceleration + self.omega.powi(2) * position);
         shift(machine, &mut state.xi, &self.coordinates, [dx, dv]);
     }
+}
+
+/// The numbers that are not among others.
+fn without(all: &[usize], others: impl Iterator<Item = usize>) -> Vec<usize> {
+    let others: Vec<usize> = others.collect();
+    all.iter().copied().filter(|number| !others.contains(number)).collect()
 }
 
 fn shift(machine: &Moving, xi: &mut [f64], coordinates: &[usize], [distance, speed]: [f64; 2]) {

@@ -92,7 +92,7 @@ impl<'a> Predictor<'a> {
         record: &'a Record,
     ) -> Result<Self, DiagnosisError> {
         let surfaces = assembly.soften();
-        Self::following(assembly, surfaces, Precision::Rounding, dataset, record, 0.0)
+        Self::following(assembly, &surfaces, Precision::Rounding, dataset, record, 0.0)
     }
 
     /// Prepares a machine for a fit. Sticking guides deflect slightly, so that small motion in a record is
@@ -106,13 +106,13 @@ impl<'a> Predictor<'a> {
         leeway.presliding.state(&mut assembly);
         let checks = checks(&assembly, record.spacing_s);
         let surfaces = assembly.soften();
-        Self::following(assembly, surfaces, Precision::Rows(checks), dataset, record, leeway.late_rows)
+        Self::following(assembly, &surfaces, Precision::Rows(checks), dataset, record, leeway.late_rows)
     }
 
     /// Prepares a machine whose windings have the heat that the previous records and the pauses have left.
     fn following(
         mut assembly: Assembly,
-        surfaces: Vec<usize>,
+        surfaces: &[usize],
         precision: Precision,
         dataset: &'a Dataset,
         record: &'a Record,
@@ -133,8 +133,9 @@ impl<'a> Predictor<'a> {
             let heats = if let Some(heats) = by_commands(&assembly, dataset, record) {
                 heats
             } else {
-                let (then, surfaces) = (assembly.clone(), surfaces.clone());
-                Self::as_warm(then, surfaces, precision, dataset, record, late_rows)?.anchored()?.heats
+                Self::as_warm(assembly.clone(), surfaces, precision, dataset, record, late_rows)?
+                    .anchored()?
+                    .heats
             };
             for (drive, heat) in assembly.drives.iter_mut().zip(heats) {
                 if let Some(winding) = &mut drive.warming {
@@ -150,7 +151,7 @@ impl<'a> Predictor<'a> {
     /// first rows swing less.
     fn as_warm(
         mut assembly: Assembly,
-        surfaces: Vec<usize>,
+        surfaces: &[usize],
         precision: Precision,
         dataset: &'a Dataset,
         record: &'a Record,
@@ -170,7 +171,7 @@ impl<'a> Predictor<'a> {
                 record,
                 machine: Moving::new(assembly, sources, record.spacing_s, precision)?,
                 servos,
-                surfaces: surfaces.clone(),
+                surfaces: surfaces.to_vec(),
                 pace,
                 is_in_motion: placed.is_in_motion,
                 beside,

@@ -1,13 +1,14 @@
 //! How guides yield before they slide, as an answer and its machine state it.
 
 use feeler_catalogue::Tabled;
-use feeler_plant::description::{Axis, Machine, Quantity, Spring};
+use feeler_plant::description::{Axis, Machine, Spring};
 use feeler_plant::effects::{EffectUse, Kind};
 
 use crate::adequacy::Adequacy;
 use crate::answer::causes::NINETY_PERCENT;
 use crate::answer::intervals::BESIDE_FRICTION;
 use crate::fit::scored::Scored;
+use crate::fit::search::finest;
 use crate::fit::yielding::Yielding;
 use crate::judge::Judge;
 use crate::report::{Estimate, GuidePresliding};
@@ -21,27 +22,14 @@ impl Judge<'_> {
         }
         let early = &scored.fitted.sigma;
         let widened = |sigma: &[f64]| sigma.iter().map(|sigma| BESIDE_FRICTION * sigma).collect::<Vec<_>>();
-        let is_seen = |yielding: &Yielding| yielding.deflection_m > self.finest_m();
+        let finest_m = finest(self.dataset, |channel| channel.resolution.max(channel.noise));
+        let is_seen = |yielding: &Yielding| yielding.deflection_m > finest_m;
         // The lasting deviations take time, and are never smaller.
         if !scored.fitted.yielding(&widened(early)).iter().any(is_seen) {
             return Vec::new();
         }
         let sure = scored.fitted.yielding(&widened(&self.deviations(scored)));
         sure.into_iter().filter(is_seen).collect()
-    }
-
-    /// The finest position that the channels show, m: zero beside accelerometers.
-    fn finest_m(&self) -> f64 {
-        let of = |wanted: Quantity| {
-            let machine = &self.dataset.machine;
-            self.dataset.channels.iter().filter(move |channel| channel.quantity(machine) == wanted)
-        };
-        if of(Quantity::Acceleration).next().is_some() {
-            return 0.0;
-        }
-        of(Quantity::Position)
-            .map(|channel| channel.resolution.max(channel.noise))
-            .fold(f64::INFINITY, f64::min)
     }
 
     /// The machine of a fitted set. Its guides state how they yield.

@@ -1,6 +1,8 @@
 //! Unknowns of a model beyond the values of its machine: presliding of guides, and the instants at which
 //! commands act.
 
+use feeler_plant::effects::{EffectUse, Kind, Trait};
+
 use crate::fit::model::{DIFFERENCE, Model};
 use crate::fit::unknown::{SIGMAS, Target, Unknown};
 use crate::predict::{Leeway, Presliding};
@@ -33,6 +35,18 @@ impl Model {
             difference: TIMING_DIFFERENCE,
         });
         self
+    }
+
+    /// Whether any element has dry friction and no stated presliding.
+    pub(super) fn has_free_presliding(&self) -> bool {
+        let is_dry = |effect: &EffectUse| effect.definition.has(Trait::DryFriction);
+        let machine = &self.believed;
+        machine.sites().any(|site| {
+            let effects = machine.element(site).map_or(&[][..], |(_, element)| element.effects());
+            let tried = self.tried.iter().filter(|tried| tried.site == site).map(|tried| &tried.effect);
+            !effects.iter().any(|effect| effect.definition.kind == Kind::Presliding)
+                && effects.iter().chain(tried).any(is_dry)
+        })
     }
 
     /// Adds the presliding of sticking guides to the unknowns.

@@ -204,18 +204,6 @@ impl Model {
         self.unknowns.iter().zip(theta).map(moved).collect()
     }
 
-    /// Whether any element has dry friction and no stated presliding.
-    fn has_free_presliding(&self) -> bool {
-        let is_dry = |effect: &EffectUse| effect.definition.has(Trait::DryFriction);
-        let machine = &self.believed;
-        machine.sites().any(|site| {
-            let effects = machine.element(site).map_or(&[][..], |(_, element)| element.effects());
-            let tried = self.tried.iter().filter(|tried| tried.site == site).map(|tried| &tried.effect);
-            !effects.iter().any(|effect| effect.definition.kind == Kind::Presliding)
-                && effects.iter().chain(tried).any(is_dry)
-        })
-    }
-
     /// Whether a trial effect replaces a believed one: the kinds are equal, or one contains the other.
     fn replaces(&self, site: Site, kind: Kind) -> bool {
         self.tried.iter().any(|tried| tried.site == site && overlaps(tried.effect.definition.kind, kind))

@@ -6,7 +6,7 @@ use feeler_problem::Problem;
 use rayon::prelude::*;
 
 use crate::budget::{Budget, Stage};
-use crate::dataset::Dataset;
+use crate::dataset::{Channel, Dataset};
 use crate::error::DiagnosisError;
 use crate::fit::balanced;
 use crate::fit::candidates::{Candidate, candidates};
@@ -128,15 +128,21 @@ fn seen(glance: &Glance, dataset: &Dataset) -> Seen {
     }
 }
 
-/// The finest step of an encoder, m. Zero if an accelerometer resolves smaller motion.
+/// The finest step of an encoder, m, or zero if there is none.
 fn finest_step(dataset: &Dataset) -> f64 {
+    let finest = finest(dataset, |channel| channel.resolution);
+    if finest.is_finite() { finest } else { 0.0 }
+}
+
+/// The least `size` of all channels of position, m: infinite without any, and zero if an accelerometer
+/// resolves smaller motion.
+pub(crate) fn finest(dataset: &Dataset, size: impl Fn(&Channel) -> f64) -> f64 {
     let of =
         |wanted: Quantity| dataset.channels.iter().filter(move |c| c.quantity(&dataset.machine) == wanted);
     if of(Quantity::Acceleration).next().is_some() {
         return 0.0;
     }
-    let finest = of(Quantity::Position).map(|channel| channel.resolution).fold(f64::INFINITY, f64::min);
-    if finest.is_finite() { finest } else { 0.0 }
+    of(Quantity::Position).map(size).fold(f64::INFINITY, f64::min)
 }
 
 /// Fits the values of the believed machine from several starts: the believed values, and those that balance

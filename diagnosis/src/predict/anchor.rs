@@ -111,7 +111,7 @@ pub(super) struct Anchor {
     pub(super) lead: usize,
     pub(super) hidden: Vec<usize>,
     /// Noise or step of the measured position, m.
-    finest_m: f64,
+    pub(super) finest_m: f64,
     positions: Vec<Tap>,
     accelerations: Vec<Tap>,
     omega: f64,
@@ -318,11 +318,6 @@ impl Anchor {
     /// Shifts the position and the speed of the whole chain.
     pub(super) fn shift(&self, machine: &Moving, xi: &mut [f64], by: [f64; 2]) {
         shift(machine, xi, &self.whole, by);
-    }
-
-    /// Noise or step of the measured position, m.
-    pub(super) fn finest_m(&self) -> f64 {
-        self.finest_m
     }
 
     /// Natural frequency of the observer, rad/s.

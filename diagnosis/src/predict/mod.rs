@@ -18,6 +18,7 @@ mod machine;
 mod presliding;
 mod run;
 mod sensor;
+mod starting;
 mod state;
 mod warm;
 

@@ -34,6 +34,11 @@ impl Channel {
         }
     }
 
+    /// Standard deviation of noise and steps together, signal units.
+    pub(crate) fn sigma(&self) -> f64 {
+        self.noise.hypot(self.resolution / 12.0_f64.sqrt())
+    }
+
     /// Whether a step of the readings, signal units, is coarser than the believed resolution and the noise.
     pub(crate) fn is_coarse(&self, step: f64) -> bool {
         step > 1.5 * self.resolution && step > self.noise

@@ -71,13 +71,7 @@ impl Weights {
         let noise: Vec<Vec<f64>> = dataset
             .records
             .iter()
-            .map(|_| {
-                dataset
-                    .channels
-                    .iter()
-                    .map(|c| (c.noise.powi(2) + c.resolution.powi(2) / 12.0).sqrt())
-                    .collect()
-            })
+            .map(|_| dataset.channels.iter().map(Channel::sigma).collect())
             .collect();
         // The anchored prediction of a position differs from its reading by the effect of an acceleration
         // error within the memory of the observer only.

@@ -133,8 +133,8 @@ pub(super) fn pace_of(assembly: &Assembly, channels: &[Channel], record: &Record
     };
     let of = |c: usize| {
         let [motion, excursion] = pace(&record.series[c], record.spacing_s)?;
-        let noise = channels[c].noise.hypot(channels[c].resolution / 12.0_f64.sqrt());
-        let as_noise_allows = (NOISE_SHARE * excursion / noise.max(f64::MIN_POSITIVE)).sqrt();
+        let noise = channels[c].sigma().max(f64::MIN_POSITIVE);
+        let as_noise_allows = (NOISE_SHARE * excursion / noise).sqrt();
         Some(as_noise_allows.max(ABOVE_MOTION) * motion)
     };
     (0..channels.len())
@@ -168,7 +168,7 @@ pub(super) fn place(
         let believed = gain * (speed_of(node) - speed_of(relative_to));
         let begun = beginning(series, record.spacing_s, 1.0 / omega, step, believed);
         let value = begun
-            .map_or_else(|| first_value(series, record.spacing_s, 1.0 / omega, step), |[value, _]| value);
+            .map_or_else(|| first_value(series, record.spacing_s, 1.0 / omega, channel.sigma()), |[value, _]| value);
         let shift =
             (value - bias) / gain + assembly.nodes[relative_to].position_m - assembly.nodes[node].position_m;
         for member in chain(assembly, node, relative_to) {
@@ -207,7 +207,7 @@ fn place_beside(
         let [speed, own] = [relative_to, node].map(|node| assembly.nodes[node].velocity_m_per_s);
         let begun = beginning(series, record.spacing_s, 1.0 / omega, step, gain * (own - speed));
         let value = begun
-            .map_or_else(|| first_value(series, record.spacing_s, 1.0 / omega, step), |[value, _]| value);
+            .map_or_else(|| first_value(series, record.spacing_s, 1.0 / omega, channel.sigma()), |[value, _]| value);
         let read = (value - bias) / gain + assembly.nodes[relative_to].position_m;
         let bent = read - assembly.nodes[node].position_m;
         if bent.abs() <= BENT_STEPS * step / gain.abs() {

@@ -9,6 +9,8 @@ const MOST_PAIRS: usize = 500;
 /// Smallest number of rows at the start, and standard errors by which the initial speed must differ.
 const FEWEST_ROWS: usize = 6;
 const STANDARD_ERRORS: f64 = 4.0;
+/// Estimates of one value agree if their intervals of this many standard errors meet.
+const AGREEING: f64 = 2.0;
 /// Smallest share of the initial excursion that is due to the initial speed. A smaller share is an error of
 /// the parabola.
 const SPEED_SHARE: f64 = 0.05;
@@ -77,12 +79,23 @@ fn most_rows(spacing_s: f64, stretch_s: f64) -> usize {
     ((stretch_s / spacing_s) as usize).max(2 * FEWEST_ROWS)
 }
 
-/// The value at the first row, from a parabola through the rows of `stretch_s` that are near it.
-pub(super) fn first_value(series: &[f64], spacing_s: f64, stretch_s: f64, step: f64) -> f64 {
-    let is_near = |x: &&f64| (**x - series[0]).abs() <= CLEAR_STEPS * step;
-    let near = series.iter().take(most_rows(spacing_s, stretch_s)).take_while(is_near).count();
-    let fit = (near >= FEWEST_ROWS).then(|| Parabola::through(&series[..near])).flatten();
-    fit.map_or(series[0], |fit| fit.value)
+/// The value at the first row of readings with noise `sigma`. Parabolas through ever more rows of `stretch_s`
+/// estimate it, as long as they agree with those through fewer (Lepskii, Theory Probab. Appl. 35, 1991).
+pub(super) fn first_value(series: &[f64], spacing_s: f64, stretch_s: f64, sigma: f64) -> f64 {
+    let most = most_rows(spacing_s, stretch_s).min(series.len());
+    let mut found = series[0];
+    let [mut low, mut high] = [-1.0, 1.0].map(|side| series[0] + side * AGREEING * sigma);
+    let lengths = std::iter::successors(Some(FEWEST_ROWS), |rows| Some(2 * rows));
+    let fits = lengths.take_while(|rows| *rows <= most).map_while(|rows| Parabola::through(&series[..rows]));
+    for fit in fits.filter(|fit| fit.value_error < 1.0) {
+        if !(low..=high).contains(&fit.value) {
+            break;
+        }
+        found = fit.value;
+        low = low.max(found - AGREEING * fit.value_error * sigma);
+        high = high.min(found + AGREEING * fit.value_error * sigma);
+    }
+    found
 }
 
 /// Whether a motion has an initial speed. It has then covered about half of its displacement at half the
@@ -95,13 +108,14 @@ pub(super) fn is_in_motion(series: &[f64], step: f64) -> bool {
 }
 
 /// A parabola through rows: value and speed (per row) at the first row, root mean square of the residuals,
-/// and the standard error of the speed for residuals of one.
+/// and the standard errors of speed and value for residuals of one.
 pub(super) struct Parabola {
     rows: usize,
     pub(super) value: f64,
     pub(super) speed: f64,
     left: f64,
     error: f64,
+    value_error: f64,
 }
 
 impl Parabola {
@@ -135,6 +149,7 @@ impl Parabola {
             speed: fit[1] / rows,
             left: (left / (rows - 3.0)).sqrt(),
             error: inverse[(1, 1)].sqrt() / rows,
+            value_error: inverse[(0, 0)].sqrt(),
         })
     }
 }

@@ -97,6 +97,7 @@ impl<'a> Composing<'a> {
             .collect();
         ranked.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
         prefer_simple(&mut ranked, PARSIMONY, |scored| judge.all(scored));
+        judge.prefer_freed(&mut ranked, &found.calibrated);
         judge.prefer_possible(&mut ranked);
         let attempts = Attempts {
             fitted: found.singles.clone(),
@@ -194,6 +195,7 @@ impl<'a> Composing<'a> {
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
         let required = Asked::beside(accepted);
         prefer_simple(&mut further, required.parsimony, |scored| judge.all(scored));
+        judge.prefer_freed(&mut further, accepted);
         judge.prefer_possible(&mut further);
         let Some(best) = further.first() else { return false };
         let last = best.causes.last().copied();

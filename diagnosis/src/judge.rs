@@ -205,6 +205,19 @@ impl Judge<'_> {
         }
     }
 
+    /// Moves the best set whose last cause adds to a believed value at the limit of its tolerance in `base` to
+    /// the front of a ranking, if it looks like the first one: a value beyond its tolerance needs no new law.
+    pub(crate) fn prefer_freed<T: std::borrow::Borrow<Scored>>(&self, ranked: &mut [T], base: &Scored) {
+        let Some(most) = ranked.first().map(|first| self.all(first.borrow())) else { return };
+        let frees = |scored: &Scored| {
+            scored.causes.last().is_some_and(|cause| Asked::frees(self.dataset, base, cause))
+                && most - self.all(scored) < LOOK_ALIKE
+        };
+        if let Some(i) = ranked.iter().position(|scored| frees(scored.borrow())) {
+            ranked[..=i].rotate_right(1);
+        }
+    }
+
     pub(crate) fn is_acceptable(&self, scored: &Scored) -> bool {
         self.check(&self.search.calibrated, scored) > ACCEPT && self.all(scored) > ACCEPT_ALL
     }

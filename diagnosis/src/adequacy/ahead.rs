@@ -6,16 +6,15 @@ use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
 use crate::gap::size::{root_mean, square_errors_over, square_wander};
 
-/// The horizons that fit at least twice into the shortest check record, and the free run.
-fn lengths(task: &Task<'_>, checks: &[usize]) -> Vec<Option<f64>> {
-    let records = checks.iter().map(|&r| &task.dataset.records[r]);
-    let shortest = records.map(|record| record.spacing_s * record.len() as f64).fold(f64::INFINITY, f64::min);
-    let held = |seconds: &f64| *seconds == WINDOWS_S[0] || 2.0 * seconds <= shortest;
-    WINDOWS_S.into_iter().filter(held).map(Some).chain([None]).collect()
+/// The check records into which a horizon fits at least twice: all for the shortest one and for the free run.
+fn long_enough(task: &Task<'_>, checks: &[usize], seconds: Option<f64>) -> Vec<usize> {
+    let least = seconds.filter(|seconds| *seconds > WINDOWS_S[0]).map_or(0.0, |seconds| 2.0 * seconds);
+    let length = |r: usize| task.dataset.records[r].spacing_s * task.dataset.records[r].len() as f64;
+    checks.iter().copied().filter(|&r| length(r) >= least).collect()
 }
 
-/// Root mean square error of a model's predictions at one horizon, over the scale; `None` if it is not
-/// finite.
+/// Root mean square error of a model's predictions at one horizon, over the scale, on the check records that
+/// are long enough; `None` if it is not finite.
 pub(super) fn error(
     task: &Task<'_>,
     fitted: &Fitted,
@@ -23,7 +22,8 @@ pub(super) fn error(
     checks: &[usize],
     seconds: Option<f64>,
 ) -> Option<f64> {
-    let squares = square_errors_over(task, &fitted.model, theta, checks, seconds)?;
+    let checks = long_enough(task, checks, seconds);
+    let squares = square_errors_over(task, &fitted.model, theta, &checks, seconds)?;
     Some(root_mean(&squares)).filter(|error| error.is_finite())
 }
 
@@ -39,16 +39,18 @@ pub(super) fn horizons(
     let of = |seconds: Option<f64>| {
         let error = |fitted: &Fitted, theta: &[f64]| error(task, fitted, theta, checks, seconds);
         let Fitted { model, theta, .. } = &accepted.fitted;
+        let long = long_enough(task, checks, seconds);
         Horizon {
             seconds,
             before: error(&calibrated.fitted, &start),
             refit: error(&calibrated.fitted, &calibrated.fitted.theta),
             after: error(&accepted.fitted, &accepted.fitted.theta),
             floor,
-            command_noise: root_mean(&square_wander(task, model, theta, checks, seconds)),
+            command_noise: root_mean(&square_wander(task, model, theta, &long, seconds)),
         }
     };
-    lengths(task, checks).into_iter().map(of).collect()
+    let lengths = WINDOWS_S.into_iter().map(Some).chain([None]);
+    lengths.filter(|seconds| !long_enough(task, checks, *seconds).is_empty()).map(of).collect()
 }
 
 /// Whether the predictions of machine `own` are worse than those of `other` at any horizon. `floor` is the

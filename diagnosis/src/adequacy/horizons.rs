@@ -80,10 +80,11 @@ pub(super) fn left(
 }
 
 /// Whether the calibrated machine's errors are small against the signal at every horizon of up to a second.
+/// The shortest one alone does not show that.
 pub(super) fn are_slight(horizons: &[Horizon], criteria: &Criteria) -> bool {
     let most = |seconds: f64| if seconds > WINDOWS_S[0] { criteria.slight_far } else { criteria.slight };
-    let mut ahead = ahead(horizons).filter_map(|horizon| Some((horizon.seconds?, horizon.refit))).peekable();
-    ahead.peek().is_some() && ahead.all(|(seconds, refit)| refit.is_some_and(|refit| refit <= most(seconds)))
+    let mut ahead = ahead(horizons).filter_map(|horizon| Some((horizon.seconds?, horizon.refit)));
+    reach_far(horizons) && ahead.all(|(seconds, refit)| refit.is_some_and(|refit| refit <= most(seconds)))
 }
 
 /// Whether the accepted machine's errors are small against noise and signal at every horizon of up to a
@@ -237,9 +238,8 @@ mod tests {
         assert!(are_slight(&[near, far, free], &criteria));
         assert!(!are_slight(&[near, Horizon { refit: Some(0.05), ..far }], &criteria));
         assert!(!are_slight(&[Horizon { refit: Some(0.01), ..near }, far], &criteria));
-        assert!(
-            !are_slight(&[Horizon { refit: None, ..near }], &criteria) && !are_slight(&[free], &criteria)
-        );
+        assert!(!are_slight(&[near, Horizon { refit: None, ..far }], &criteria));
+        assert!(!are_slight(&[near], &criteria) && !are_slight(&[free], &criteria));
     }
 
     #[test]

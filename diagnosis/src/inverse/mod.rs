@@ -104,11 +104,11 @@ impl Inverse {
         });
         // All experiments share one corner, because likelihoods of different bands cannot be compared.
         let corner = corners.fold(f64::INFINITY, f64::min);
-        let ready = |is_check: bool| -> Vec<Rows> {
+        let ready = |is_check: bool, sigma: f64| -> Vec<Rows> {
             let of = |record: &&Record| {
                 let (command, position) = (record.commands.first()?, &record.series[channel]);
                 let (start_s, spacing_s) = (record.start_s, record.spacing_s);
-                let measured = Measured { start_s, spacing_s, command, position };
+                let measured = Measured { start_s, spacing_s, command, position, sigma };
                 Some(Rows::new(&measured, corner))
             };
             used.iter().filter(|record| record.is_check == is_check).filter_map(of).collect()
@@ -116,11 +116,12 @@ impl Inverse {
         if !corner.is_finite() {
             return None;
         }
-        let (mut fitted, mut checked) = (ready(false), ready(true));
         let kept = |rows: &[Rows]| rows.iter().map(|rows| rows.thin(&rows.speed).len()).sum::<usize>();
-        if kept(&fitted) < FEWEST_FITTED || kept(&checked) < FEWEST_CHECKED {
-            return None;
-        }
+        let enough = |sigma: f64| {
+            let [fitted, checked] = [false, true].map(|is_check| ready(is_check, sigma));
+            (kept(&fitted) >= FEWEST_FITTED && kept(&checked) >= FEWEST_CHECKED).then_some((fitted, checked))
+        };
+        let (mut fitted, mut checked) = enough(dataset.channels[channel].sigma()).or_else(|| enough(0.0))?;
         let extent = Rows::extent(&fitted);
         fitted.iter_mut().chain(&mut checked).for_each(|rows| rows.middle = extent.middle());
         let ends = fitted.iter().filter_map(|rows| rows.times_s().last().copied());
@@ -290,7 +291,7 @@ impl Inverse {
                 }
                 Form::Deadband => {
                     let usual = self.extent.command;
-                    let series = rows.smooth.iter().map(|u| direction(*u, usual)).collect();
+                    let series = rows.of_command(|u| direction(u, usual));
                     of_command.push(Term { series, low: 0.0, high: f64::INFINITY });
                 }
                 Form::Gain => gain = shape,

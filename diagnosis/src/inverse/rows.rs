@@ -18,6 +18,11 @@ const ROWS_PER_CORNER: f64 = 48.0;
 const KEPT_PER_CORNER: f64 = 4.0;
 /// Periods of the corner that are omitted at either end, where the low-pass settles.
 const ENDS: f64 = 1.0;
+/// A guide is at rest at a row if its position changes by fewer deviations of its readings than this, in this
+/// share of a period of the corner before the row or after it. At the turning point of a sine the position
+/// changes by a thirtieth of the amplitude in that time.
+const AT_REST: f64 = 6.0;
+const RESTING: f64 = 0.25;
 
 /// The measured series of one experiment.
 pub(super) struct Measured<'a> {
@@ -25,6 +30,8 @@ pub(super) struct Measured<'a> {
     pub(super) spacing_s: f64,
     pub(super) command: &'a [f64],
     pub(super) position: &'a [f64],
+    /// Standard deviation of a position's reading. Zero keeps rows at rest.
+    pub(super) sigma: f64,
 }
 
 /// A prepared experiment.
@@ -33,9 +40,8 @@ pub(super) struct Rows {
     spacing_s: f64,
     apart: usize,
     corner_hz: f64,
-    /// Number of rows omitted at either end, and spacing of the kept rows.
-    end: usize,
-    kept: usize,
+    /// The kept rows.
+    kept: Vec<usize>,
     /// The measured command, row by row, low-passed at the corner for nonlinear terms. A limit would
     /// otherwise clip the noise of a command that stays near it.
     command: Vec<f64>,
@@ -48,6 +54,9 @@ pub(super) struct Rows {
     /// Position and speed for nonlinear terms, with a higher corner.
     position: Vec<f64>,
     light_speed: Vec<f64>,
+    /// Whether the guide moves. At rest, dry friction is whatever balances the other forces. All forces of
+    /// these rows are therefore taken as zero before they are low-passed.
+    moves: Vec<bool>,
     /// See [`At::direction`].
     direction: Vec<f64>,
     /// Weights of the kept rows.
@@ -77,17 +86,22 @@ impl Rows {
         let (position, light_speed) = (few(&light), few(&light_speed));
         let kept = ((1.0 / (corner_hz * spacing_s * KEPT_PER_CORNER)).round() as usize).max(1);
         let end = ((ENDS / (corner_hz * spacing_s)) as usize).min(position.len() / 4);
-        let smooth = few(&smoothed(measured.command, corner_hz, measured_spacing_s));
+        let resting = ((RESTING / (corner_hz * spacing_s)) as usize).max(1);
+        let moves = moving(&few(measured.position), resting, AT_REST * measured.sigma);
+        let kept = (end..position.len() - end).step_by(kept).filter(|k| moves[*k]).collect();
+        let command: Vec<f64> =
+            measured.command.iter().enumerate().map(|(k, u)| if moves[k / apart] { *u } else { 0.0 }).collect();
+        let smooth = few(&smoothed(&command, corner_hz, measured_spacing_s));
         let mut rows = Self {
             spacing_s,
             apart,
             corner_hz,
-            end,
             kept,
             command: smoothed(measured.command, LIGHT * corner_hz, measured_spacing_s),
             measured_spacing_s,
             smooth,
             position,
+            moves,
             direction: light_speed.iter().map(|v| v.signum()).collect(),
             light_speed,
             speed: few(&speed),
@@ -106,7 +120,7 @@ impl Rows {
 
     /// The kept rows of a series.
     pub(super) fn thin(&self, series: &[f64]) -> Vec<f64> {
-        series[self.end..series.len() - self.end].iter().step_by(self.kept).copied().collect()
+        self.kept.iter().map(|&k| series[k]).collect()
     }
 
     /// The kept rows of a series, times their weights.
@@ -117,7 +131,9 @@ impl Rows {
     /// The low-passed command after `change` is applied to every row. What `change` leaves alone stays as in
     /// [`Self::smooth`].
     pub(super) fn command(&self, change: impl Fn(f64) -> f64) -> Vec<f64> {
-        let changes: Vec<f64> = self.command.iter().map(|u| change(*u) - u).collect();
+        let moved = |k: usize, change: f64| if self.moves[k / self.apart] { change } else { 0.0 };
+        let changes: Vec<f64> =
+            self.command.iter().enumerate().map(|(k, u)| moved(k, change(*u) - u)).collect();
         let changes = smoothed(&changes, self.corner_hz, self.measured_spacing_s);
         self.smooth.iter().zip(changes.iter().step_by(self.apart)).map(|(u, change)| u + change).collect()
     }
@@ -151,7 +167,16 @@ impl Rows {
             direction: self.direction[k],
             shape,
         };
-        let values: Vec<f64> = (0..self.position.len()).map(|k| f(at(k))).collect();
+        let values: Vec<f64> =
+            (0..self.position.len()).map(|k| if self.moves[k] { f(at(k)) } else { 0.0 }).collect();
+        smoothed(&values, self.corner_hz, self.spacing_s)
+    }
+
+    /// A function of the command at every row, low-passed.
+    pub(super) fn of_command(&self, f: impl Fn(f64) -> f64) -> Vec<f64> {
+        let values: Vec<f64> = (0..self.position.len())
+            .map(|k| if self.moves[k] { f(self.command[k * self.apart]) } else { 0.0 })
+            .collect();
         smoothed(&values, self.corner_hz, self.spacing_s)
     }
 
@@ -186,6 +211,21 @@ impl Rows {
             resolved_s: 1.0 / (TAU * rows.iter().map(|rows| rows.corner_hz).fold(0.0, f64::max)),
         }
     }
+}
+
+/// Whether a position changes by at least `least` within `rows` before and after each row.
+fn moving(position: &[f64], rows: usize, least: f64) -> Vec<bool> {
+    let range = |near: &[f64]| {
+        let [low, high] = near.iter().fold([f64::INFINITY, -f64::INFINITY], |[l, h], x| [l.min(*x), h.max(*x)]);
+        high - low
+    };
+    let last = position.len().saturating_sub(1);
+    (0..position.len())
+        .map(|k| {
+            range(&position[k.saturating_sub(rows)..=k]) >= least
+                && range(&position[k..=(k + rows).min(last)]) >= least
+        })
+        .collect()
 }
 
 pub(super) fn rms(series: &[f64]) -> f64 {

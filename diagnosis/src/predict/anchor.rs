@@ -17,6 +17,7 @@ use feeler_plant::description::Quantity;
 use feeler_plant::motion::Motion;
 
 use super::begin::{beginning, first_value, is_in_motion, pace};
+use super::bristle::Bristle;
 use super::machine::Moving;
 use super::state::State;
 use crate::dataset::{Channel, Record};
@@ -114,6 +115,7 @@ pub(super) struct Anchor {
     pub(super) finest_m: f64,
     positions: Vec<Tap>,
     accelerations: Vec<Tap>,
+    bristles: Vec<Bristle>,
     omega: f64,
 }
 
@@ -224,7 +226,8 @@ fn place_beside(
 
 impl Anchor {
     /// The corrections of the first chain with a measured position, from the channels that are not silent.
-    /// `None` if there is no such chain. Sliding surfaces stay in place. Without accelerometers the natural
+    /// `None` if there is no such chain. Sliding surfaces move only as their bristles
+    /// ask. Without accelerometers the natural
     /// frequency is `pace`, rad/s. If zeros are shifted, only the first sensor shows where its body is.
     pub(super) fn new(
         motion: &Motion,
@@ -306,6 +309,7 @@ impl Anchor {
             finest_m: variance.sqrt(),
             positions,
             accelerations,
+            bristles: Bristle::all(motion, surfaces),
             omega,
         })
     }
@@ -344,6 +348,7 @@ impl Anchor {
         let dx = std::f64::consts::SQRT_2 * self.omega * spacing_s * position;
         let dv = spacing_s * (acceleration + self.omega.powi(2) * position);
         shift(machine, &mut state.xi, &self.coordinates, [dx, dv]);
+        self.bristles.iter().for_each(|bristle| bristle.slide(machine, state));
     }
 }
 

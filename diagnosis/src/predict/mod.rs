@@ -8,6 +8,7 @@
 
 mod anchor;
 mod begin;
+mod bristle;
 mod close;
 mod flow;
 mod imposed;

@@ -20,11 +20,11 @@ const RATE_HZ: f64 = 200.0;
 const DURATION_S: f64 = 20.0;
 /// Integration steps per row.
 const FINE: usize = 50;
-const MASS_KG: f64 = 4.0;
-const DAMPING_N_S_PER_M: f64 = 12.0;
+pub(crate) const MASS_KG: f64 = 4.0;
+pub(crate) const DAMPING_N_S_PER_M: f64 = 12.0;
 const STEP_M: f64 = 2e-5;
 
-const BELIEVED: &str = r#"
+pub(crate) const BELIEVED: &str = r#"
 name = "slow"
 [bodies.carriage]
 mass = 4.2
@@ -40,12 +40,24 @@ reads = "carriage.position"
 resolution = 2.0e-5
 "#;
 
+/// How the carriage is moved.
+pub(crate) struct Motion {
+    /// Amplitude of the slower sine over that of the usual runs, 0.1 m.
+    pub(crate) size: f64,
+    /// Deviation of the noise on the logged commands, N.
+    pub(crate) command_noise: f64,
+    /// Level of dry friction with true sticking, N.
+    pub(crate) friction: f64,
+}
+
+const USUAL: Motion = Motion { size: 1.0, command_noise: 0.3, friction: 0.0 };
+
 /// Commands and readings of a carriage that a controller moves along two slow sines. The force `force(x, v)`
 /// resists in addition to damping.
-fn record(i: usize, noise: &mut Noise, force: &dyn Fn(f64, f64) -> f64) -> Record {
+fn record(i: usize, motion: &Motion, noise: &mut Noise, force: &dyn Fn(f64, f64) -> f64) -> Record {
     let rows = (DURATION_S * RATE_HZ) as usize;
     let dt = 1.0 / (RATE_HZ * FINE as f64);
-    let (size, slow, fast) = ([0.10, 0.14, 0.08, 0.12][i % 4], 0.2 + 0.03 * i as f64, 0.53 + 0.05 * i as f64);
+    let (size, slow, fast) = (motion.size * [0.10, 0.14, 0.08, 0.12][i % 4], 0.2 + 0.03 * i as f64, 0.53 + 0.05 * i as f64);
     let (mut x, mut v) = (0.0, 0.0);
     let (mut command, mut series) = (Vec::new(), Vec::new());
     for k in 0..rows {
@@ -54,9 +66,11 @@ fn record(i: usize, noise: &mut Noise, force: &dyn Fn(f64, f64) -> f64) -> Recor
         let wanted_speed = size * TAU * (slow * (TAU * slow * t).cos() + 0.3 * fast * (TAU * fast * t).cos());
         let u = 2000.0 * (wanted - x) + 160.0 * (wanted_speed - v);
         series.push((x / STEP_M).round() * STEP_M);
-        command.push(u + 0.3 * noise.draw());
+        command.push(u + motion.command_noise * noise.draw());
         for _ in 0..FINE {
             v += dt * (u - DAMPING_N_S_PER_M * v - force(x, v)) / MASS_KG;
+            // Dry friction in an implicit Euler step: it reduces the speed, to zero at most.
+            v = v.signum() * (v.abs() - dt * motion.friction / MASS_KG).max(0.0);
             x += dt * v;
         }
     }
@@ -64,7 +78,7 @@ fn record(i: usize, noise: &mut Noise, force: &dyn Fn(f64, f64) -> f64) -> Recor
     Record { is_check: i % 2 == 1, ..record }
 }
 
-fn answer(force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
+pub(crate) fn answer(force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
     answer_believing("", force)
 }
 
@@ -75,13 +89,17 @@ fn answer_believing(more: &str, force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
 
 /// Records of four runs, with the believed machine.
 fn dataset(more: &str, force: &dyn Fn(f64, f64) -> f64) -> Dataset {
-    let text = format!("{BELIEVED}{more}");
-    let machine = Document::parse(&text, "slow.toml").expect("the text is a machine").scenario.machine;
+    moved(&format!("{BELIEVED}{more}"), &USUAL, force)
+}
+
+/// Records of four runs, with the believed machine of a text.
+pub(crate) fn moved(text: &str, motion: &Motion, force: &dyn Fn(f64, f64) -> f64) -> Dataset {
+    let machine = Document::parse(text, "slow.toml").expect("the text is a machine").scenario.machine;
     let mut noise = Noise(11);
     let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(1.0 / RATE_HZ) }];
     let channel =
         Channel { column: "encoder".into(), source: Source::Sensor(0), noise: 1e-6, resolution: STEP_M };
-    let records = (0..4).map(|i| record(i, &mut noise, force)).collect();
+    let records = (0..4).map(|i| record(i, motion, &mut noise, force)).collect();
     Dataset::new("slow", machine, drives, vec![channel], records)
 }
 
@@ -90,11 +108,11 @@ fn dry(level: f64, v: f64) -> f64 {
     level * (v / 2e-4).tanh()
 }
 
-fn accepted(answer: &Diagnosis) -> Vec<&'static str> {
+pub(crate) fn accepted(answer: &Diagnosis) -> Vec<&'static str> {
     answer.effects.iter().filter(|effect| effect.accepted).map(|effect| effect.kind.name()).collect()
 }
 
-fn told(answer: &Diagnosis) -> String {
+pub(crate) fn told(answer: &Diagnosis) -> String {
     let adequacy = &answer.adequacy;
     format!(
         "{:?} {:?} {:?}\n{:#?}\n{:#?}\n{:?}",

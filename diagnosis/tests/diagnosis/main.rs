@@ -15,6 +15,7 @@ mod inputs;
 mod joint;
 mod one_machine;
 mod recovery;
+mod slow;
 mod small_joint;
 mod so101;
 mod surface;

@@ -1,0 +1,66 @@
+//! Effects of a slow machine with a coarse encoder and a noisy command are recovered.
+
+use feeler_diagnosis::{Diagnosis, diagnose};
+
+use crate::adequacy::{BELIEVED, Motion, accepted, answer, moved, told};
+
+/// Relative tolerance of a value: the believed mass and damping are off by 5 and 20 %.
+const RECOVERY: f64 = 0.15;
+
+/// The answer to records of a machine's runs.
+fn answered(text: &str, motion: &Motion, force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
+    diagnose(&moved(text, motion, force), &|_| {}).expect("there is an answer")
+}
+
+/// A value of an accepted cause of this kind.
+fn value(answer: &Diagnosis, kind: &str, parameter: &str) -> f64 {
+    let found = answer.effects.iter().find(|effect| effect.accepted && effect.kind.name() == kind);
+    found.unwrap_or_else(|| panic!("no {kind}: {}", told(answer))).parameters[parameter].value
+}
+
+fn assert_recovers(answer: &Diagnosis, kind: &str, parameter: &str, hidden: f64) {
+    assert_eq!(accepted(answer).first(), Some(&kind), "{}", told(answer));
+    let found = value(answer, kind, parameter);
+    assert!((found / hidden - 1.0).abs() < RECOVERY, "{parameter} {found} for {hidden}: {}", told(answer));
+}
+
+/// The command without friction is about 6 N. Noise of a tenth of the friction hides 1 %.
+#[test]
+fn truth_friction_of_any_share_of_the_command_is_recovered() {
+    for level in [110.0] {
+        let motion = Motion { size: 1.0, command_noise: f64::min(0.1 * level, 0.3), friction: level };
+        let answer = answered(BELIEVED, &motion, &|_, _| 0.0);
+        for a in answer.attempts.iter().take(30) { eprintln!("{} {:?} {:?} {:?} {}", a.causes, a.gain_check, a.gain_all, a.gain_balance, a.why); }
+        for e in &answer.effects { eprintln!("E {:?} {} {:?}", e.kind, e.probability, e.parameters); }
+        eprintln!("P {:?}", answer.presliding);
+        assert_recovers(&answer, "coulomb-friction", "level", level);
+    }
+}
+
+#[test]
+fn truth_drag_is_told_from_friction_and_damping() {
+    assert_recovers(&answer(&|_, v| 90.0 * v * v.abs()), "quadratic-drag", "drag", 90.0);
+}
+
+#[test]
+fn truth_damping_that_differs_by_direction_is_recovered() {
+    let force = |_: f64, v: f64| 12.0 * 0.4 * v.abs();
+    let answer = answer(&force);
+    assert_eq!(accepted(&answer).first(), Some(&"directional-damping"), "{}", told(&answer));
+}
+
+/// The controller drives the carriage against a stop that nobody believed.
+#[test]
+fn truth_a_stop_that_nobody_believed_is_recovered() {
+    let stop = |x: f64, v: f64| if x > 0.07 { 4e3 * (x - 0.07) + 30.0 * v } else { 0.0 };
+    assert_recovers(&answer(&stop), "hard-stop", "position", 0.07);
+}
+
+/// The arm swings by a radian and more.
+#[test]
+fn truth_the_weight_of_an_arm_is_recovered() {
+    let arm = BELIEVED.replace("name = \"slow\"", "axis = \"rotational\"");
+    let motion = Motion { size: 10.0, command_noise: 0.5, friction: 0.0 };
+    let answer = answered(&arm, &motion, &|x, _| 20.0 * (x + 0.6).sin());
+    assert_recovers(&answer, "gravity", "amplitude", 20.0);
+}

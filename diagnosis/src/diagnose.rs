@@ -325,6 +325,41 @@ mod tests {
         dataset
     }
 
+    /// Damping of three times the believed one, which may be twice as large. A law that explains slightly more
+    /// comes second; one that explains far more comes first.
+    #[test]
+    fn truth_of_equal_causes_that_of_a_value_at_its_limit_comes_first() {
+        let mut dataset = loaded();
+        let real = BELIEVED.replace("damping = 10.0", "damping = 30.0");
+        let real = Document::parse(&real, "axis.toml").unwrap().scenario.machine;
+        for r in 0..dataset.records.len() {
+            let seen = Predictor::new(assemble(&real).unwrap(), &dataset, &dataset.records[r]).unwrap();
+            dataset.records[r].series = { seen }.free().unwrap().series;
+        }
+        let found = search(&dataset, Budget::unlimited(), |_, _| true).unwrap();
+        let judge = Judge::new(&dataset, &found);
+        let is_damping = |scored: &&Scored| scored.causes[0].definition.kind == Kind::ViscousFriction;
+        let damping = found.singles.iter().find(is_damping).unwrap();
+        let other = candidates(&dataset.machine)
+            .into_iter()
+            .find(|cause| cause.definition.kind == Kind::QuadraticDrag)
+            .unwrap();
+        for (times, freed_first) in [(0.98, true), (0.1, false)] {
+            let mut drag = Scored { causes: vec![other], ..damping.clone() };
+            drag.misfits
+                .iter_mut()
+                .flatten()
+                .for_each(|misfit| *misfit = *misfit * times - 0.05 * (1.0 - times));
+            let mut ranked = [&drag, damping];
+            judge.prefer_freed(&mut ranked, &found.calibrated);
+            assert_eq!(is_damping(&ranked[0]), freed_first, "{times}");
+            // No value of the machine with that cause is at its limit.
+            let mut ranked = [&drag, damping];
+            judge.prefer_freed(&mut ranked, damping);
+            assert!(!is_damping(&ranked[0]), "{times}");
+        }
+    }
+
     /// A single cause is dropped only if its interval includes zero and it removes little of the error.
     #[test]
     fn truth_a_single_cause_is_dropped_if_it_may_be_absent_and_removes_less_than_half() {

@@ -1,7 +1,7 @@
 //! The causes of an answer: how probable each is, its values, and which causes look alike.
 
 use feeler_plant::description::ElementKind;
-use feeler_plant::effects::{Kind, LIBRARY, Scale};
+use feeler_plant::effects::{Kind, LIBRARY, Parameter, Scale};
 use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
@@ -254,8 +254,7 @@ impl Judge<'_> {
             let (value, half) = self.interval(scored, i, k, sigma);
             let dimension = candidate.definition.dimension_of(parameter, command);
             let unit = dimension.si_unit(rotational).into_owned();
-            let (low, high) = parameter.bounds;
-            let ci90 = [(value - half).max(low.min(value)), (value + half).min(high.max(value))];
+            let ci90 = within(parameter, value, half);
             parameters.insert(parameter.name, Estimate { value, ci90, unit });
         }
         Cause {
@@ -268,6 +267,12 @@ impl Judge<'_> {
             accepted: false,
         }
     }
+}
+
+/// An interval about a value, within the range of its parameter.
+fn within(parameter: &Parameter, value: f64, half: f64) -> [f64; 2] {
+    let (low, high) = parameter.bounds;
+    [(value - half).max(low.min(value)), (value + half).min(high.max(value))]
 }
 
 /// Extends intervals to further values of a cause.
@@ -287,12 +292,12 @@ fn covering(mut found: Cause, cause: &Candidate, near: &[&Scored]) -> Cause {
         let values = set.values(i);
         let rows = found.parameters.values_mut().zip(values).zip(cause.definition.parameters);
         // Different values of an angle or a signed parameter may mean the same.
-        for ((estimate, value), _) in rows.filter(|(_, parameter)| parameter.scale == Scale::Log) {
-            let [low, high] = &mut estimate.ci90;
-            let half = (0.5 * (*high - *low)).max((value - estimate.value).abs());
+        for ((estimate, value), parameter) in rows.filter(|(_, parameter)| parameter.scale == Scale::Log) {
+            let [low, high] = estimate.ci90;
+            let half = (0.5 * (high - low)).max((value - estimate.value).abs());
             // A value that was not fitted has no interval.
-            if *high > *low && half.is_finite() {
-                (*low, *high) = (estimate.value - half, estimate.value + half);
+            if high > low && half.is_finite() {
+                estimate.ci90 = within(parameter, estimate.value, half);
             }
         }
     }

@@ -68,11 +68,8 @@ impl Weights {
             .iter()
             .map(|own| own.iter().zip(&pooled).map(|(&own, &pooled)| scale(own, pooled)).collect())
             .collect();
-        let noise: Vec<Vec<f64>> = dataset
-            .records
-            .iter()
-            .map(|_| dataset.channels.iter().map(Channel::sigma).collect())
-            .collect();
+        let noise: Vec<Vec<f64>> =
+            dataset.records.iter().map(|_| dataset.channels.iter().map(Channel::sigma).collect()).collect();
         // The anchored prediction of a position differs from its reading by the effect of an acceleration
         // error within the memory of the observer only.
         let is_position: Vec<bool> = dataset

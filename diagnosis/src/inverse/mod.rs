@@ -291,7 +291,7 @@ impl Inverse {
                 }
                 Form::Deadband => {
                     let usual = self.extent.command;
-                    let series = rows.of_command(|u| direction(u, usual));
+                    let series = rows.smooth.iter().map(|u| direction(*u, usual)).collect();
                     of_command.push(Term { series, low: 0.0, high: f64::INFINITY });
                 }
                 Form::Gain => gain = shape,

@@ -89,8 +89,12 @@ impl Rows {
         let resting = ((RESTING / (corner_hz * spacing_s)) as usize).max(1);
         let moves = moving(&few(measured.position), resting, AT_REST * measured.sigma);
         let kept = (end..position.len() - end).step_by(kept).filter(|k| moves[*k]).collect();
-        let command: Vec<f64> =
-            measured.command.iter().enumerate().map(|(k, u)| if moves[k / apart] { *u } else { 0.0 }).collect();
+        let command: Vec<f64> = measured
+            .command
+            .iter()
+            .enumerate()
+            .map(|(k, u)| if moves[k / apart] { *u } else { 0.0 })
+            .collect();
         let smooth = few(&smoothed(&command, corner_hz, measured_spacing_s));
         let mut rows = Self {
             spacing_s,
@@ -172,14 +176,6 @@ impl Rows {
         smoothed(&values, self.corner_hz, self.spacing_s)
     }
 
-    /// A function of the command at every row, low-passed.
-    pub(super) fn of_command(&self, f: impl Fn(f64) -> f64) -> Vec<f64> {
-        let values: Vec<f64> = (0..self.position.len())
-            .map(|k| if self.moves[k] { f(self.command[k * self.apart]) } else { 0.0 })
-            .collect();
-        smoothed(&values, self.corner_hz, self.spacing_s)
-    }
-
     /// A series shifted earlier by `by_s`, interpolated between rows; its ends are held.
     pub(super) fn earlier(&self, series: &[f64], by_s: f64) -> Vec<f64> {
         let last = series.len() - 1;
@@ -216,7 +212,8 @@ impl Rows {
 /// Whether a position changes by at least `least` within `rows` before and after each row.
 fn moving(position: &[f64], rows: usize, least: f64) -> Vec<bool> {
     let range = |near: &[f64]| {
-        let [low, high] = near.iter().fold([f64::INFINITY, -f64::INFINITY], |[l, h], x| [l.min(*x), h.max(*x)]);
+        let [low, high] =
+            near.iter().fold([f64::INFINITY, -f64::INFINITY], |[l, h], x| [l.min(*x), h.max(*x)]);
         high - low
     };
     let last = position.len().saturating_sub(1);

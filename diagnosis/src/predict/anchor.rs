@@ -169,8 +169,10 @@ pub(super) fn place(
         let speed_of = |node: usize| assembly.nodes[node].velocity_m_per_s;
         let believed = gain * (speed_of(node) - speed_of(relative_to));
         let begun = beginning(series, record.spacing_s, 1.0 / omega, step, believed);
-        let value = begun
-            .map_or_else(|| first_value(series, record.spacing_s, 1.0 / omega, channel.sigma()), |[value, _]| value);
+        let value = begun.map_or_else(
+            || first_value(series, record.spacing_s, 1.0 / omega, channel.sigma()),
+            |[value, _]| value,
+        );
         let shift =
             (value - bias) / gain + assembly.nodes[relative_to].position_m - assembly.nodes[node].position_m;
         for member in chain(assembly, node, relative_to) {
@@ -208,8 +210,10 @@ fn place_beside(
         let step = channel.resolution.max(channel.noise);
         let [speed, own] = [relative_to, node].map(|node| assembly.nodes[node].velocity_m_per_s);
         let begun = beginning(series, record.spacing_s, 1.0 / omega, step, gain * (own - speed));
-        let value = begun
-            .map_or_else(|| first_value(series, record.spacing_s, 1.0 / omega, channel.sigma()), |[value, _]| value);
+        let value = begun.map_or_else(
+            || first_value(series, record.spacing_s, 1.0 / omega, channel.sigma()),
+            |[value, _]| value,
+        );
         let read = (value - bias) / gain + assembly.nodes[relative_to].position_m;
         let bent = read - assembly.nodes[node].position_m;
         if bent.abs() <= BENT_STEPS * step / gain.abs() {

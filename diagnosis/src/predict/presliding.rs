@@ -128,6 +128,27 @@ mod tests {
         }
     }
 
+    /// A correction by one encoder step would stretch the bristles of a stiff guide by thousands of newtons.
+    /// Its surfaces follow instead. The stiffer the guide, the closer the prediction is to the exact one.
+    #[test]
+    fn truth_a_guide_of_any_stiffness_follows_corrections_without_blows() {
+        let blank = dataset(0.002, vec![0.0; ROWS]);
+        let exact = predicted(&blank, |assembly| Predictor::new(assembly, &blank, &blank.records[0])?.free());
+        let seen = dataset(0.002, exact.iter().map(|x| (x / STEP_M).round() * STEP_M).collect());
+        let rms = |of: &dyn Fn(usize) -> f64| ((0..ROWS).map(|k| of(k).powi(2)).sum::<f64>()).sqrt();
+        let mean = exact.iter().sum::<f64>() / ROWS as f64;
+        for frequency_hz in [60.0, 600.0, 6000.0] {
+            let leeway =
+                Leeway { presliding: Presliding { frequency_hz, damping_ratio: 0.5 }, late_rows: 0.0 };
+            let followed = predicted(&seen, |assembly| {
+                Predictor::with(assembly, leeway, &seen, &seen.records[0])?
+                    .follow(Anchoring::Continuous, Start::Windows(25))
+            });
+            let off = rms(&|k| followed[k] - exact[k]) / rms(&|k| exact[k] - mean);
+            assert!(off < MOST, "{frequency_hz} Hz: off by {off} of the motion");
+        }
+    }
+
     /// A guide with too much friction sticks while corrections move its body. The prediction then stays
     /// near the measured motion: no bristle gains energy from a correction against its direction.
     #[test]

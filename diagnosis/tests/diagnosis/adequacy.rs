@@ -57,7 +57,8 @@ const USUAL: Motion = Motion { size: 1.0, command_noise: 0.3, friction: 0.0 };
 fn record(i: usize, motion: &Motion, noise: &mut Noise, force: &dyn Fn(f64, f64) -> f64) -> Record {
     let rows = (DURATION_S * RATE_HZ) as usize;
     let dt = 1.0 / (RATE_HZ * FINE as f64);
-    let (size, slow, fast) = (motion.size * [0.10, 0.14, 0.08, 0.12][i % 4], 0.2 + 0.03 * i as f64, 0.53 + 0.05 * i as f64);
+    let (size, slow, fast) =
+        (motion.size * [0.10, 0.14, 0.08, 0.12][i % 4], 0.2 + 0.03 * i as f64, 0.53 + 0.05 * i as f64);
     let (mut x, mut v) = (0.0, 0.0);
     let (mut command, mut series) = (Vec::new(), Vec::new());
     for k in 0..rows {

@@ -24,15 +24,13 @@ fn assert_recovers(answer: &Diagnosis, kind: &str, parameter: &str, hidden: f64)
     assert!((found / hidden - 1.0).abs() < RECOVERY, "{parameter} {found} for {hidden}: {}", told(answer));
 }
 
-/// The command without friction is about 6 N. Noise of a tenth of the friction hides 1 %.
+/// The command without friction is about 6 N: friction takes 1, 50 and 95 % of it. The guide sticks for most
+/// of the time where it takes 95 %. Noise of the command is at most a tenth of the friction.
 #[test]
 fn truth_friction_of_any_share_of_the_command_is_recovered() {
-    for level in [110.0] {
+    for level in [0.06, 6.0, 110.0] {
         let motion = Motion { size: 1.0, command_noise: f64::min(0.1 * level, 0.3), friction: level };
         let answer = answered(BELIEVED, &motion, &|_, _| 0.0);
-        for a in answer.attempts.iter().take(30) { eprintln!("{} {:?} {:?} {:?} {}", a.causes, a.gain_check, a.gain_all, a.gain_balance, a.why); }
-        for e in &answer.effects { eprintln!("E {:?} {} {:?}", e.kind, e.probability, e.parameters); }
-        eprintln!("P {:?}", answer.presliding);
         assert_recovers(&answer, "coulomb-friction", "level", level);
     }
 }

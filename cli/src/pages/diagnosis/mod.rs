@@ -185,12 +185,7 @@ fn rows_of(effect: &Cause) -> Vec<Vec<String>> {
     let mut rows = Vec::new();
     for (i, (name, estimate)) in effect.parameters.iter().enumerate() {
         let unit = estimate.unit.as_str();
-        let [low, high] = estimate.ci90;
-        let interval = if high > low {
-            format!("{} to {}", with_unit(low, unit), with_unit(high, unit))
-        } else {
-            "fixed".into()
-        };
+        let interval = words::interval(estimate).unwrap_or_else(|| "fixed".into());
         let mut row: Vec<String> = if i == 0 { head.to_vec() } else { vec![String::new(); head.len()] };
         row.extend([(*name).to_owned(), with_unit(estimate.value, unit), interval]);
         rows.push(row);

@@ -191,14 +191,29 @@ pub(crate) fn band([low, high]: [f64; 2]) -> String {
     format!("{} to {} Hz", plain(low), plain(high))
 }
 
+/// The records do not determine a positive value if its interval exceeds it by this factor.
+const UNDETERMINED: f64 = 100.0;
+
+/// The interval of a value; `None` if the value is fixed.
+pub(super) fn interval(estimate: &Estimate) -> Option<String> {
+    let [low, high] = estimate.ci90;
+    let is_undetermined = low >= 0.0 && high > UNDETERMINED * estimate.value;
+    let of = |end: f64| with_unit(end, unit(estimate));
+    match (high > low, is_undetermined || !low.is_finite() || !high.is_finite()) {
+        (false, _) => None,
+        (true, true) => Some("not determined".into()),
+        (true, false) => Some(format!("{} to {}", of(low), of(high))),
+    }
+}
+
+fn unit(estimate: &Estimate) -> &str {
+    if estimate.unit == "1" { "" } else { &estimate.unit }
+}
+
 /// A value with its interval.
 pub(crate) fn estimate(estimate: &Estimate) -> String {
-    let unit = if estimate.unit == "1" { "" } else { estimate.unit.as_str() };
-    let [low, high] = estimate.ci90;
-    if high <= low || !low.is_finite() || !high.is_finite() {
-        return with_unit(estimate.value, unit);
-    }
-    format!("{} ({} to {})", with_unit(estimate.value, unit), with_unit(low, unit), with_unit(high, unit))
+    let value = with_unit(estimate.value, unit(estimate));
+    interval(estimate).map_or_else(|| value.clone(), |interval| format!("{value} ({interval})"))
 }
 
 /// All parameters of a cause.
@@ -218,4 +233,18 @@ pub(crate) fn sentence(text: &str) -> String {
     letters
         .next()
         .map_or_else(String::new, |first| first.to_uppercase().chain(letters).chain(['.']).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_an_interval_over_all_numbers_is_no_interval() {
+        let of = |value: f64, ci90: [f64; 2]| estimate(&Estimate { value, ci90, unit: "m/s".into() });
+        assert_eq!(of(0.01, [f64::MIN_POSITIVE, 1000.0]), "10 mm/s (not determined)");
+        assert_eq!(of(0.01, [0.005, 0.015]), "10 mm/s (5 mm/s to 15 mm/s)");
+        assert_eq!(of(0.01, [-3.0, 3.0]), "10 mm/s (-3 m/s to 3 m/s)");
+        assert_eq!(of(0.01, [0.01, 0.01]), "10 mm/s");
+    }
 }

@@ -10,7 +10,7 @@ use crate::predict::{Leeway, Presliding};
 /// Step of finite differences for the timing of commands, rows.
 const TIMING_DIFFERENCE: f64 = 1e-2;
 /// Largest time between a row and the instant at which its command acts, if no hold is stated, rows.
-const MOST_LATE_ROWS: f64 = 0.5;
+pub(crate) const MOST_LATE_ROWS: f64 = 0.5;
 
 /// Shift of the trial presliding frequency of sticking guides, as a logarithm.
 const STIFFER: f64 = 1.4;

@@ -43,6 +43,8 @@ pub(crate) struct Inverse {
     base: Base,
     fitted: Vec<Rows>,
     checked: Vec<Rows>,
+    /// Whether the instant at which commands act within their rows is fitted.
+    is_sampled: bool,
     extent: Extent,
     /// Time of the first row, and from there to the last one, s.
     from_s: f64,
@@ -104,11 +106,13 @@ impl Inverse {
         });
         // All experiments share one corner, because likelihoods of different bands cannot be compared.
         let corner = corners.fold(f64::INFINITY, f64::min);
+        let is_sampled = dataset.is_sampled(0);
         let ready = |is_check: bool, sigma: f64| -> Vec<Rows> {
             let of = |record: &&Record| {
                 let (command, position) = (record.commands.first()?, &record.series[channel]);
                 let (start_s, spacing_s) = (record.start_s, record.spacing_s);
-                let measured = Measured { start_s, spacing_s, command, position, sigma };
+                let measured =
+                    Measured { start_s, spacing_s, command, position, sigma, is_held: !is_sampled };
                 Some(Rows::new(&measured, corner))
             };
             used.iter().filter(|record| record.is_check == is_check).filter_map(of).collect()
@@ -131,7 +135,8 @@ impl Inverse {
         let (weight, is_noisy) = (weight(dataset), is_noisy(dataset));
         // Known once the presliding distance is.
         let alone = Vec::new();
-        let mut inverse = Self { base, fitted, checked, extent, from_s, span_s, weight, is_noisy, alone };
+        let mut inverse =
+            Self { base, fitted, checked, is_sampled, extent, from_s, span_s, weight, is_noisy, alone };
         inverse.turn();
         inverse.weigh_rows();
         inverse.alone = inverse.squares(&NOTHING, None)?;
@@ -313,6 +318,10 @@ impl Inverse {
         }
         for term in &mut terms {
             (term.low, term.high) = (term.low / gain, term.high / gain);
+        }
+        if self.is_sampled {
+            let (series, late_s) = (rows.rate(&rows.smooth), rows.most_late_s());
+            terms.push(Term { series, low: -late_s, high: late_s });
         }
         terms.extend(of_command);
         terms.extend(smooth.into_iter().flat_map(|family| self.guide_terms(rows, family)));

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::filter;
+use crate::fit::leeway::MOST_LATE_ROWS;
 use crate::kinds::{At, Extent};
 
 /// Ratio of the low-pass corner to the frequency of the motion.
@@ -18,11 +19,12 @@ const ROWS_PER_CORNER: f64 = 48.0;
 const KEPT_PER_CORNER: f64 = 4.0;
 /// Periods of the corner that are omitted at either end, where the low-pass settles.
 const ENDS: f64 = 1.0;
-/// A guide is at rest at a row if its position changes by fewer deviations of its readings than this, in this
-/// share of a period of the corner before the row or after it. At the turning point of a sine the position
-/// changes by a thirtieth of the amplitude in that time.
+/// A guide is at rest at a row if its position changes by fewer deviations of its readings than this, before
+/// the row or after it, in this share of a period of the corner and this number of rows. At the turning point
+/// of a sine the position changes by a thirtieth of the amplitude in that time.
 const AT_REST: f64 = 6.0;
 const RESTING: f64 = 0.25;
+const FEWEST_RESTING: usize = 6;
 
 /// The measured series of one experiment.
 pub(super) struct Measured<'a> {
@@ -32,6 +34,8 @@ pub(super) struct Measured<'a> {
     pub(super) position: &'a [f64],
     /// Standard deviation of a position's reading. Zero keeps rows at rest.
     pub(super) sigma: f64,
+    /// Whether each command is held until the next row.
+    pub(super) is_held: bool,
 }
 
 /// A prepared experiment.
@@ -86,30 +90,37 @@ impl Rows {
         let (position, light_speed) = (few(&light), few(&light_speed));
         let kept = ((1.0 / (corner_hz * spacing_s * KEPT_PER_CORNER)).round() as usize).max(1);
         let end = ((ENDS / (corner_hz * spacing_s)) as usize).min(position.len() / 4);
-        let resting = ((RESTING / (corner_hz * spacing_s)) as usize).max(1);
+        let resting = ((RESTING / (corner_hz * spacing_s)) as usize).max(FEWEST_RESTING);
         let moves = moving(&few(measured.position), resting, AT_REST * measured.sigma);
         let kept = (end..position.len() - end).step_by(kept).filter(|k| moves[*k]).collect();
-        let command: Vec<f64> = measured
-            .command
-            .iter()
-            .enumerate()
-            .map(|(k, u)| if moves[k / apart] { *u } else { 0.0 })
-            .collect();
+        let commands =
+            if measured.is_held { half_a_row_later(measured.command) } else { measured.command.into() };
+        let moved = |(k, u): (usize, &f64)| if moves[k / apart] { *u } else { 0.0 };
+        let command: Vec<f64> = commands.iter().enumerate().map(moved).collect();
         let smooth = few(&smoothed(&command, corner_hz, measured_spacing_s));
+        // What belongs to rows at rest is taken off after the low-pass, which leaves the other rows as they are.
+        let moving = |series: &[f64], light: &[f64]| -> Vec<f64> {
+            let rest: Vec<f64> =
+                light.iter().zip(&moves).map(|(x, moves)| if *moves { 0.0 } else { *x }).collect();
+            let rest = smoothed(&rest, corner_hz, spacing_s);
+            few(series).iter().zip(rest).map(|(x, rest)| x - rest).collect()
+        };
+        let speed = moving(&speed, &light_speed);
+        let acceleration = moving(&acceleration, &slope(&light_speed, spacing_s));
         let mut rows = Self {
             spacing_s,
             apart,
             corner_hz,
             kept,
-            command: smoothed(measured.command, LIGHT * corner_hz, measured_spacing_s),
+            command: smoothed(&commands, LIGHT * corner_hz, measured_spacing_s),
             measured_spacing_s,
             smooth,
             position,
             moves,
             direction: light_speed.iter().map(|v| v.signum()).collect(),
             light_speed,
-            speed: few(&speed),
-            acceleration: few(&acceleration),
+            speed,
+            acceleration,
             weights: Vec::new(),
             middle: 0.0,
             start_s: measured.start_s,
@@ -188,6 +199,11 @@ impl Rows {
             .collect()
     }
 
+    /// Latest and earliest shift of a command without a stated hold, s.
+    pub(super) fn most_late_s(&self) -> f64 {
+        MOST_LATE_ROWS * self.measured_spacing_s
+    }
+
     /// Slope of a series, per second.
     pub(super) fn rate(&self, series: &[f64]) -> Vec<f64> {
         slope(series, self.spacing_s)
@@ -207,6 +223,14 @@ impl Rows {
             resolved_s: 1.0 / (TAU * rows.iter().map(|rows| rows.corner_hz).fold(0.0, f64::max)),
         }
     }
+}
+
+/// Commands as they act on average if each is held until the next: half a row later, from cubics through four.
+fn half_a_row_later(commands: &[f64]) -> Vec<f64> {
+    let last = commands.len().saturating_sub(1);
+    let at = |k: usize| commands[k.saturating_sub(2).min(last)];
+    let mean = |k: usize| (9.0 * (at(k + 1) + at(k + 2)) - at(k) - at(k + 3)) / 16.0;
+    (0..commands.len()).map(mean).collect()
 }
 
 /// Whether a position changes by at least `least` within `rows` before and after each row.

@@ -43,14 +43,19 @@ fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candida
 
 /// Such records for a complete machine file, with this relative noise of the command.
 fn balance_of(machine: &str, share: f64, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candidate>) {
+    records_of(machine, share, &|t, shift| {
+        let [x, v, a] = [0, 1, 2].map(|order| waves(t, order, shift));
+        [x, 1.2 * a + 4.0 * v + law(x, v)]
+    })
+}
+
+/// Three records of position and command over the time, each with its shift.
+fn records_of(machine: &str, share: f64, series: &dyn Fn(f64, f64) -> [f64; 2]) -> (Inverse, Vec<Candidate>) {
     let machine = Document::parse(machine, "axis.toml").unwrap().scenario.machine;
     let mut chance = Chance::seeded(5);
     let mut record = |i: usize, shift: f64| {
-        let times: Vec<f64> = (0..8000).map(|k| 5e-3 * f64::from(k)).collect();
-        let [x, v, a] =
-            [0, 1, 2].map(|order| times.iter().map(|t| waves(*t, order, shift)).collect::<Vec<_>>());
-        let force = |k: usize| 1.2 * a[k] + 4.0 * v[k] + law(x[k], v[k]);
-        let clean: Vec<f64> = (0..times.len()).map(force).collect();
+        let (x, clean): (Vec<f64>, Vec<f64>) =
+            (0..8000).map(|k| series(5e-3 * f64::from(k), shift)).map(|[x, u]| (x, u)).unzip();
         let noise = share * clean.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
         let commands = vec![clean.iter().map(|u| u + noise * chance.deviate()).collect()];
         Record { is_check: i == 2, ..Record::even(format!("{i}.csv"), 5e-3, commands, vec![x]) }
@@ -72,6 +77,32 @@ fn best(found: &(Inverse, Vec<Candidate>), count: usize) -> (Vec<Kind>, Vec<Vec<
     let weighed = sets.iter().filter_map(|set| Some((set, inverse.weigh(set)?)));
     let (set, best) = weighed.max_by(|a, b| a.1.nats.total_cmp(&b.1.nats)).unwrap();
     (set.iter().map(|cause| cause.definition.kind).collect(), best.values)
+}
+
+/// Half of the time the guide is at rest, while the command grows from one level of friction to the other.
+/// That says nothing of a law, and no dead band may stand for it.
+#[test]
+fn truth_a_guide_at_rest_tells_nothing_of_its_friction() {
+    const LEVEL: f64 = 20.0;
+    let (stroke, omega) = (0.2, PI);
+    let found = records_of(BELIEVED, 0.001, &|t, shift| {
+        let (turn, phase) = ((t / 2.0).floor(), t % 2.0);
+        let side = if turn % 2.0 > 0.5 { -1.0 } else { 1.0 };
+        let from = if side > 0.0 { 0.0 } else { stroke };
+        let (size, moved) = (side * stroke * (1.0 + 0.1 * shift), phase < 1.0);
+        let [x, v, a] = if moved {
+            let (sin, cos) = (omega * phase).sin_cos();
+            [0.5 * (1.0 - cos), 0.5 * omega * sin, 0.5 * omega * omega * cos]
+        } else {
+            [1.0, 0.0, 0.0]
+        };
+        let dry = if moved { side } else { side * (1.0 - 2.0 * (phase - 1.0)) };
+        [from * (1.0 + 0.1 * shift) + size * x, size * (1.2 * a + 4.0 * v) + LEVEL * dry]
+    });
+    let (kinds, values) = best(&found, 1);
+    assert_eq!(kinds, [Kind::CoulombFriction], "{values:?}");
+    // The friction turns over at the edges of a motion, which the low-pass blurs.
+    assert!((values[0][0] / LEVEL - 1.0).abs() < 0.03, "{values:?}");
 }
 
 fn friction(all: &[Candidate]) -> Vec<Candidate> {

@@ -50,7 +50,7 @@ pub(crate) struct Motion {
     pub(crate) friction: f64,
 }
 
-const USUAL: Motion = Motion { size: 1.0, command_noise: 0.3, friction: 0.0 };
+pub(crate) const USUAL: Motion = Motion { size: 1.0, command_noise: 0.3, friction: 0.0 };
 
 /// Commands and readings of a carriage that a controller moves along two slow sines. The force `force(x, v)`
 /// resists in addition to damping.

@@ -1,8 +1,9 @@
 //! Effects of a slow machine with a coarse encoder and a noisy command are recovered.
 
+use feeler_diagnosis::dataset::Record;
 use feeler_diagnosis::{Diagnosis, diagnose};
 
-use crate::adequacy::{BELIEVED, Motion, accepted, answer, moved, told};
+use crate::adequacy::{BELIEVED, Motion, USUAL, accepted, answer, moved, told};
 
 /// Relative tolerance of a value: the believed mass and damping are off by 5 and 20 %.
 const RECOVERY: f64 = 0.15;
@@ -61,4 +62,25 @@ fn truth_the_weight_of_an_arm_is_recovered() {
     let motion = Motion { size: 10.0, command_noise: 0.5, friction: 0.0 };
     let answer = answered(&arm, &motion, &|x, _| 20.0 * (x + 0.6).sin());
     assert_recovers(&answer, "gravity", "amplitude", 20.0);
+}
+
+/// Each horizon is scored on the check records that are long enough for it.
+#[test]
+fn truth_a_short_check_record_hides_no_longer_horizon() {
+    for (short, expected) in
+        [(vec![1], vec![Some(0.05), Some(0.25), Some(1.0), None]), (vec![1, 3], vec![Some(0.05), None])]
+    {
+        let mut dataset = moved(BELIEVED, &USUAL, &|_, _| 0.0);
+        for r in short {
+            let Record { name, spacing_s, commands, series, is_check, .. } = &dataset.records[r];
+            let cut = |series: &Vec<f64>| series[..80].to_vec();
+            let (commands, series) = (commands.iter().map(cut).collect(), series.iter().map(cut).collect());
+            let cut =
+                Record { is_check: *is_check, ..Record::even(name.clone(), *spacing_s, commands, series) };
+            dataset.records[r] = cut;
+        }
+        let answer = diagnose(&dataset, &|_| {}).expect("there is an answer");
+        let seconds: Vec<_> = answer.adequacy.horizons.iter().map(|horizon| horizon.seconds).collect();
+        assert_eq!(seconds, expected, "{}", told(&answer));
+    }
 }

@@ -205,10 +205,11 @@ impl Judge<'_> {
         }
     }
 
-    /// Moves the best set whose last cause adds to a believed value at the limit of its tolerance in `base` to
-    /// the front of a ranking, if it looks like the first one: a value beyond its tolerance needs no new law.
+    /// Moves the first set whose last cause adds to a value at the limit of its tolerance in `base`, or to
+    /// the timing of commands there, to the front of a ranking. It must look like the best one: a value beyond
+    /// its tolerance needs no new law.
     pub(crate) fn prefer_freed<T: std::borrow::Borrow<Scored>>(&self, ranked: &mut [T], base: &Scored) {
-        let Some(most) = ranked.first().map(|first| self.all(first.borrow())) else { return };
+        let most = ranked.iter().map(|scored| self.all(scored.borrow())).fold(f64::NEG_INFINITY, f64::max);
         let frees = |scored: &Scored| {
             scored.causes.last().is_some_and(|cause| Asked::frees(self.dataset, base, cause))
                 && most - self.all(scored) < LOOK_ALIKE

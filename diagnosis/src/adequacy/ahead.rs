@@ -4,7 +4,7 @@ use super::criteria::Criteria;
 use super::horizons::{Horizon, WINDOWS_S, worsened};
 use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
-use crate::gap::size::{root_mean, square_errors_over, square_wander};
+use crate::gap::size::{noise, root_mean, square_errors_over, square_noise, square_wander};
 
 /// The check records into which a horizon fits at least twice: all for the shortest one and for the free run.
 fn long_enough(task: &Task<'_>, checks: &[usize], seconds: Option<f64>) -> Vec<usize> {
@@ -45,7 +45,11 @@ pub(super) fn horizons(
             before: error(&calibrated.fitted, &start),
             refit: error(&calibrated.fitted, &calibrated.fitted.theta),
             after: error(&accepted.fitted, &accepted.fitted.theta),
-            floor,
+            floor: if long.len() == checks.len() {
+                floor
+            } else {
+                root_mean(&square_noise(task, &noise(task, model, theta), &long))
+            },
             command_noise: root_mean(&square_wander(task, model, theta, &long, seconds)),
         }
     };

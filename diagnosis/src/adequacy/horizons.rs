@@ -8,7 +8,8 @@ use super::criteria::Criteria;
 /// Lengths of free windows, s. The first is the horizon of the gap.
 pub(super) const WINDOWS_S: [f64; 3] = [0.05, 0.25, 1.0];
 
-/// Root mean square prediction errors over the check experiments, each relative to its channel's variation.
+/// Root mean square prediction errors over the check experiments that are at least twice as long, each
+/// relative to its channel's variation.
 /// Predictions restart from the measured motion at the end of each horizon.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Horizon {

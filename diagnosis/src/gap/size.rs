@@ -196,15 +196,18 @@ impl Floors {
         noise: &[f64],
         records: &[usize],
     ) -> Self {
-        let of = |(noise, scale): (&f64, &f64)| (noise / scale.max(f64::MIN_POSITIVE)).powi(2);
-        let read: Vec<f64> = (records.iter())
-            .map(|&r| noise.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>())
-            .map(|sum| sum / noise.len().max(1) as f64)
-            .collect();
+        let read = square_noise(task, noise, records);
         let commanded = square_wander(task, model, theta, records, Some(WINDOW_S));
         let square = read.iter().zip(commanded).map(|(read, commanded)| read + commanded).collect();
         Self { square, read: root_mean(&read) }
     }
+}
+
+/// Mean square over scale of each record that the noise of the channels leaves.
+pub(crate) fn square_noise(task: &Task<'_>, noise: &[f64], records: &[usize]) -> Vec<f64> {
+    let of = |(noise, scale): (&f64, &f64)| (noise / scale.max(f64::MIN_POSITIVE)).powi(2);
+    let sum = |&r: &usize| noise.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>();
+    records.iter().map(|r| sum(r) / noise.len().max(1) as f64).collect()
 }
 
 /// Root of the mean of squares.

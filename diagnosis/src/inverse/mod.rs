@@ -14,7 +14,7 @@ mod solve;
 
 use base::Base;
 pub(crate) use base::Part;
-use rows::{Measured, Rows, corner_hz};
+use rows::{Late, Measured, Rows, corner_hz};
 use solve::{Term, solve, sum};
 
 use family::Family;
@@ -44,7 +44,7 @@ pub(crate) struct Inverse {
     fitted: Vec<Rows>,
     checked: Vec<Rows>,
     /// Whether the instant at which commands act within their rows is fitted.
-    is_sampled: bool,
+    is_shifted: bool,
     extent: Extent,
     /// Time of the first row, and from there to the last one, s.
     from_s: f64,
@@ -120,7 +120,7 @@ impl Inverse {
         if !corner.is_finite() {
             return None;
         }
-        let kept = |rows: &[Rows]| rows.iter().map(|rows| rows.thin(&rows.speed).len()).sum::<usize>();
+        let kept = |rows: &[Rows]| rows.iter().map(|rows| rows.weights.len()).sum::<usize>();
         let enough = |sigma: f64| {
             let [fitted, checked] = [false, true].map(|is_check| ready(is_check, sigma));
             (kept(&fitted) >= FEWEST_FITTED && kept(&checked) >= FEWEST_CHECKED).then_some((fitted, checked))
@@ -133,10 +133,12 @@ impl Inverse {
             fitted.iter().filter_map(|rows| rows.times_s().first().copied()).fold(f64::MAX, f64::min);
         let span_s = (ends.fold(from_s, f64::max) - from_s).max(f64::MIN_POSITIVE);
         let (weight, is_noisy) = (weight(dataset), is_noisy(dataset));
+        let changes = |rows: &Rows| rows.thin(&rows.command_rate).iter().any(|rate| rate.abs() > 0.0);
+        let is_shifted = is_sampled && fitted.iter().any(changes);
         // Known once the presliding distance is.
         let alone = Vec::new();
         let mut inverse =
-            Self { base, fitted, checked, is_sampled, extent, from_s, span_s, weight, is_noisy, alone };
+            Self { base, fitted, checked, is_shifted, extent, from_s, span_s, weight, is_noisy, alone };
         inverse.turn();
         inverse.weigh_rows();
         inverse.alone = inverse.squares(&NOTHING, None)?;
@@ -154,7 +156,7 @@ impl Inverse {
             let series = inverse
                 .fitted
                 .iter()
-                .flat_map(|rows| rows.thin(&rows.of_motion(0.0, |at| at.direction)))
+                .flat_map(|rows| rows.thin(&rows.of_motion(Late::default(), 0.0, |at| at.direction)))
                 .collect();
             terms.push(Term { series, low: f64::NEG_INFINITY, high: f64::INFINITY });
             solve(&terms, &target).map_or(f64::INFINITY, |x| mean(&squares(&terms, &x, &target)))
@@ -250,7 +252,13 @@ impl Inverse {
         let [mut fitted, mut checked] =
             [&self.fitted, &self.checked].map(|rows| self.balance(rows, shaped, smooth));
         if smooth == Some(Family::Command) {
-            let made = solve(&fitted.0, &fitted.1)?;
+            let mut made = solve(&fitted.0, &fitted.1)?;
+            if self.is_shifted {
+                // The shift of a measured command contains its noise.
+                let bands = shaped.shown.iter().filter(|shown| matches!(shown.form, Form::Deadband)).count();
+                let shift = made.len() - 1 - bands;
+                made[shift] = 0.0;
+            }
             for ((terms, target), rows) in [(&mut fitted, &self.fitted), (&mut checked, &self.checked)] {
                 let weights: Vec<f64> = rows.iter().flat_map(|rows| rows.weights.iter().copied()).collect();
                 let command = sum(terms, &made, target.len());
@@ -279,24 +287,32 @@ impl Inverse {
     }
 
     fn balance_of(&self, rows: &Rows, shaped: &Shaped<'_>, smooth: Option<Family>) -> (Vec<Term>, Vec<f64>) {
-        let mut terms = self.base.terms(rows, shaped.causes);
+        let mut late = Late::default();
+        for (shown, &shape) in shaped.shown.iter().zip(&shaped.shapes) {
+            match shown.form {
+                Form::Lag => late.lag_s += shape,
+                Form::Delay => late.delay_s += shape,
+                _ => {}
+            }
+        }
+        let mut terms = self.base.terms(rows, late, shaped.causes);
         let (mut gain, mut limit) = (1.0, f64::INFINITY);
         let mut of_command = Vec::new();
         for (shown, &shape) in shaped.shown.iter().zip(&shaped.shapes) {
             let low = |is_signed: bool| if is_signed { f64::NEG_INFINITY } else { 0.0 };
             match shown.form {
                 Form::Forces(forces) => terms.extend(forces.iter().map(|force| Term {
-                    series: rows.of_motion(shape, force.of),
+                    series: rows.of_motion(late, shape, force.of),
                     low: low(force.is_signed),
                     high: f64::INFINITY,
                 })),
                 Form::Mass => {
-                    let series = rows.acceleration.clone();
+                    let series = rows.acceleration(late);
                     terms.push(Term { series, low: low(true), high: f64::INFINITY });
                 }
                 Form::Deadband => {
                     let usual = self.extent.command;
-                    let series = rows.smooth.iter().map(|u| direction(*u, usual)).collect();
+                    let series = rows.of_command(|u| direction(u, usual));
                     of_command.push(Term { series, low: 0.0, high: f64::INFINITY });
                 }
                 Form::Gain => gain = shape,
@@ -304,23 +320,11 @@ impl Inverse {
                 Form::Lag | Form::Delay => {}
             }
         }
-        for (shown, &shape) in shaped.shown.iter().zip(&shaped.shapes) {
-            for term in &mut terms {
-                match shown.form {
-                    Form::Lag => {
-                        let rate = rows.rate(&term.series);
-                        term.series.iter_mut().zip(rate).for_each(|(x, rate)| *x += shape * rate);
-                    }
-                    Form::Delay => term.series = rows.earlier(&term.series, shape),
-                    _ => {}
-                }
-            }
-        }
         for term in &mut terms {
             (term.low, term.high) = (term.low / gain, term.high / gain);
         }
-        if self.is_sampled {
-            let (series, late_s) = (rows.rate(&rows.smooth), rows.most_late_s());
+        if self.is_shifted {
+            let (series, late_s) = (rows.command_rate.clone(), rows.most_late_s());
             terms.push(Term { series, low: -late_s, high: late_s });
         }
         terms.extend(of_command);

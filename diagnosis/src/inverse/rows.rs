@@ -19,7 +19,7 @@ const ROWS_PER_CORNER: f64 = 48.0;
 const KEPT_PER_CORNER: f64 = 4.0;
 /// Periods of the corner that are omitted at either end, where the low-pass settles.
 const ENDS: f64 = 1.0;
-/// A guide is at rest at a row if its position changes by fewer deviations of its readings than this, before
+/// A guide is at rest at a row, or creeps, if its position changes by fewer deviations of its readings than this, before
 /// the row or after it, in this share of a period of the corner and this number of rows. At the turning point
 /// of a sine the position changes by a thirtieth of the amplitude in that time.
 const AT_REST: f64 = 6.0;
@@ -38,6 +38,13 @@ pub(super) struct Measured<'a> {
     pub(super) is_held: bool,
 }
 
+/// How late the force of a drive follows its command.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Late {
+    pub(super) lag_s: f64,
+    pub(super) delay_s: f64,
+}
+
 /// A prepared experiment.
 pub(super) struct Rows {
     /// Spacing of the rows at which terms are computed: in s, and in rows of the record.
@@ -50,11 +57,12 @@ pub(super) struct Rows {
     /// otherwise clip the noise of a command that stays near it.
     command: Vec<f64>,
     measured_spacing_s: f64,
-    /// The low-passed command.
+    /// The low-passed command, and its rate.
     pub(super) smooth: Vec<f64>,
-    /// Low-passed speed and acceleration.
-    pub(super) speed: Vec<f64>,
-    pub(super) acceleration: Vec<f64>,
+    pub(super) command_rate: Vec<f64>,
+    /// Low-passed speed and acceleration: with the rows at rest, and without.
+    with_rest: [Vec<f64>; 2],
+    moving: [Vec<f64>; 2],
     /// Position and speed for nonlinear terms, with a higher corner.
     position: Vec<f64>,
     light_speed: Vec<f64>,
@@ -88,25 +96,19 @@ impl Rows {
         let spacing_s = apart as f64 * measured_spacing_s;
         let few = |series: &[f64]| series.iter().step_by(apart).copied().collect::<Vec<f64>>();
         let (position, light_speed) = (few(&light), few(&light_speed));
-        let kept = ((1.0 / (corner_hz * spacing_s * KEPT_PER_CORNER)).round() as usize).max(1);
+        let step = ((1.0 / (corner_hz * spacing_s * KEPT_PER_CORNER)).round() as usize).max(1);
         let end = ((ENDS / (corner_hz * spacing_s)) as usize).min(position.len() / 4);
         let resting = ((RESTING / (corner_hz * spacing_s)) as usize).max(FEWEST_RESTING);
         let moves = moving(&few(measured.position), resting, AT_REST * measured.sigma);
-        let kept = (end..position.len() - end).step_by(kept).filter(|k| moves[*k]).collect();
+        let kept = (end..position.len() - end).step_by(step).filter(|k| moves[*k]).collect();
         let commands =
             if measured.is_held { half_a_row_later(measured.command) } else { measured.command.into() };
-        let moved = |(k, u): (usize, &f64)| if moves[k / apart] { *u } else { 0.0 };
-        let command: Vec<f64> = commands.iter().enumerate().map(moved).collect();
-        let smooth = few(&smoothed(&command, corner_hz, measured_spacing_s));
-        // What belongs to rows at rest is taken off after the low-pass, which leaves the other rows as they are.
-        let moving = |series: &[f64], light: &[f64]| -> Vec<f64> {
-            let rest: Vec<f64> =
-                light.iter().zip(&moves).map(|(x, moves)| if *moves { 0.0 } else { *x }).collect();
-            let rest = smoothed(&rest, corner_hz, spacing_s);
-            few(series).iter().zip(rest).map(|(x, rest)| x - rest).collect()
+        let command = |series: &[f64]| {
+            let moved = |(k, u): (usize, &f64)| if moves[k / apart] { *u } else { 0.0 };
+            let series: Vec<f64> = series.iter().enumerate().map(moved).collect();
+            few(&smoothed(&series, corner_hz, measured_spacing_s))
         };
-        let speed = moving(&speed, &light_speed);
-        let acceleration = moving(&acceleration, &slope(&light_speed, spacing_s));
+        let (smooth, command_rate) = (command(&commands), command(&slope(&commands, measured_spacing_s)));
         let mut rows = Self {
             spacing_s,
             apart,
@@ -115,17 +117,19 @@ impl Rows {
             command: smoothed(&commands, LIGHT * corner_hz, measured_spacing_s),
             measured_spacing_s,
             smooth,
+            command_rate,
             position,
             moves,
             direction: light_speed.iter().map(|v| v.signum()).collect(),
             light_speed,
-            speed,
-            acceleration,
+            with_rest: [few(&speed), few(&acceleration)],
+            moving: Default::default(),
             weights: Vec::new(),
             middle: 0.0,
             start_s: measured.start_s,
         };
-        rows.weights = vec![1.0; rows.thin(&rows.speed).len()];
+        rows.moving = [0, 1].map(|order| rows.without_rest(order, Late::default()));
+        rows.weights = vec![1.0; rows.kept.len()];
         rows
     }
 
@@ -173,8 +177,43 @@ impl Rows {
         }
     }
 
-    /// A function of the motion at every row, low-passed.
-    pub(super) fn of_motion(&self, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
+    /// The speed, low-passed, if the drive's force is late.
+    pub(super) fn speed(&self, late: Late) -> Vec<f64> {
+        self.derivative(0, late)
+    }
+
+    /// The acceleration, likewise.
+    pub(super) fn acceleration(&self, late: Late) -> Vec<f64> {
+        self.derivative(1, late)
+    }
+
+    fn derivative(&self, order: usize, late: Late) -> Vec<f64> {
+        if late == Late::default() { self.moving[order].clone() } else { self.without_rest(order, late) }
+    }
+
+    /// What belongs to rows at rest is taken off after the low-pass, which leaves the other rows as they are.
+    fn without_rest(&self, order: usize, late: Late) -> Vec<f64> {
+        let light = if order == 0 { self.light_speed.clone() } else { self.rate(&self.light_speed) };
+        let rest = self.earlier_by(late, light, |_| true);
+        let rest: Vec<f64> =
+            rest.iter().zip(&self.moves).map(|(x, moves)| if *moves { 0.0 } else { *x }).collect();
+        let all = self.earlier_by(late, self.with_rest[order].clone(), |_| true);
+        all.iter().zip(smoothed(&rest, self.corner_hz, self.spacing_s)).map(|(x, rest)| x - rest).collect()
+    }
+
+    /// A series as it is if the drive's force follows later: its value and its rate where `has_rate`, shifted.
+    fn earlier_by(&self, late: Late, mut series: Vec<f64>, has_rate: impl Fn(usize) -> bool) -> Vec<f64> {
+        if late.lag_s > 0.0 {
+            let rate = self.rate(&series);
+            for (k, (x, rate)) in series.iter_mut().zip(rate).enumerate() {
+                *x += if has_rate(k) { late.lag_s * rate } else { 0.0 };
+            }
+        }
+        if late.delay_s > 0.0 { self.earlier(&series, late.delay_s) } else { series }
+    }
+
+    /// A function of the motion at every row, low-passed, if the drive's force is late.
+    pub(super) fn of_motion(&self, late: Late, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
         let at = |k: usize| At {
             position: self.position[k],
             middle: self.middle,
@@ -182,13 +221,34 @@ impl Rows {
             direction: self.direction[k],
             shape,
         };
+        let values = (0..self.position.len()).map(|k| f(at(k))).collect();
+        // At the end of a rest, friction changes over without a rate.
+        let goes_on =
+            |k: usize| self.moves[k.saturating_sub(1)..(k + 2).min(self.moves.len())].iter().all(|m| *m);
+        let values = self.earlier_by(late, values, goes_on);
+        self.while_moving(|k| values[k])
+    }
+
+    /// A function of the command at every row, low-passed.
+    pub(super) fn of_command(&self, f: impl Fn(f64) -> f64) -> Vec<f64> {
+        self.while_moving(|k| f(self.command[k * self.apart]))
+    }
+
+    /// Share that friction lacks of its level, low-passed: all of it at rest.
+    pub(super) fn lacks(&self) -> Vec<f64> {
+        let lacks = |(d, moves): (&f64, &bool)| if *moves { 1.0 - d.abs() } else { 1.0 };
+        let values: Vec<f64> = self.direction.iter().zip(&self.moves).map(lacks).collect();
+        smoothed(&values, self.corner_hz, self.spacing_s)
+    }
+
+    fn while_moving(&self, f: impl Fn(usize) -> f64) -> Vec<f64> {
         let values: Vec<f64> =
-            (0..self.position.len()).map(|k| if self.moves[k] { f(at(k)) } else { 0.0 }).collect();
+            self.moves.iter().enumerate().map(|(k, moves)| if *moves { f(k) } else { 0.0 }).collect();
         smoothed(&values, self.corner_hz, self.spacing_s)
     }
 
     /// A series shifted earlier by `by_s`, interpolated between rows; its ends are held.
-    pub(super) fn earlier(&self, series: &[f64], by_s: f64) -> Vec<f64> {
+    fn earlier(&self, series: &[f64], by_s: f64) -> Vec<f64> {
         let last = series.len() - 1;
         (0..series.len())
             .map(|i| {
@@ -199,13 +259,13 @@ impl Rows {
             .collect()
     }
 
-    /// Latest and earliest shift of a command without a stated hold, s.
+    /// Largest shift of a command without a stated hold, s: it may act earlier or later.
     pub(super) fn most_late_s(&self) -> f64 {
         MOST_LATE_ROWS * self.measured_spacing_s
     }
 
     /// Slope of a series, per second.
-    pub(super) fn rate(&self, series: &[f64]) -> Vec<f64> {
+    fn rate(&self, series: &[f64]) -> Vec<f64> {
         slope(series, self.spacing_s)
     }
 
@@ -217,7 +277,7 @@ impl Rows {
             positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
         let commands = over(&|rows| rows.smooth.clone());
         Extent {
-            speed: rms(&over(&|rows| rows.thin(&rows.speed))),
+            speed: rms(&over(&|rows| rows.thin(&rows.moving[0]))),
             ends: [low, high],
             command: commands.iter().fold(0.0, |most, u| most.max(u.abs())),
             resolved_s: 1.0 / (TAU * rows.iter().map(|rows| rows.corner_hz).fold(0.0, f64::max)),

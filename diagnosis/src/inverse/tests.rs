@@ -26,6 +26,7 @@ kind = "force"
 reads = "carriage.position"
 "#;
 const OMEGA: f64 = 2.0;
+const SPACING_S: f64 = 5e-3;
 
 /// Position as a sum of two waves, or one of its derivatives.
 fn waves(t: f64, order: i32, shift: f64) -> f64 {
@@ -43,26 +44,30 @@ fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candida
 
 /// Such records for a complete machine file, with this relative noise of the command.
 fn balance_of(machine: &str, share: f64, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candidate>) {
-    records_of(machine, share, &|t, shift| {
+    records_of(machine, (share, None), &|t, shift| {
         let [x, v, a] = [0, 1, 2].map(|order| waves(t, order, shift));
         [x, 1.2 * a + 4.0 * v + law(x, v)]
     })
 }
 
 /// Three records of position and command over the time, each with its shift.
-fn records_of(machine: &str, share: f64, series: &dyn Fn(f64, f64) -> [f64; 2]) -> (Inverse, Vec<Candidate>) {
+fn records_of(
+    machine: &str,
+    (share, hold_s): (f64, Option<f64>),
+    series: &dyn Fn(f64, f64) -> [f64; 2],
+) -> (Inverse, Vec<Candidate>) {
     let machine = Document::parse(machine, "axis.toml").unwrap().scenario.machine;
     let mut chance = Chance::seeded(5);
     let mut record = |i: usize, shift: f64| {
         let (x, clean): (Vec<f64>, Vec<f64>) =
-            (0..8000).map(|k| series(5e-3 * f64::from(k), shift)).map(|[x, u]| (x, u)).unzip();
+            (0..8000).map(|k| series(SPACING_S * f64::from(k), shift)).map(|[x, u]| (x, u)).unzip();
         let noise = share * clean.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
         let commands = vec![clean.iter().map(|u| u + noise * chance.deviate()).collect()];
-        Record { is_check: i == 2, ..Record::even(format!("{i}.csv"), 5e-3, commands, vec![x]) }
+        Record { is_check: i == 2, ..Record::even(format!("{i}.csv"), SPACING_S, commands, vec![x]) }
     };
     let channel = Channel { column: "x".into(), source: Source::Sensor(0), noise: 1e-6, resolution: 0.0 };
     let records = vec![record(0, 0.3), record(1, 1.1), record(2, 2.0)];
-    let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: None }];
+    let drives = vec![Driven { drive: 0, column: "u".into(), hold_s }];
     let dataset = Dataset::new("axis", machine, drives, vec![channel], records);
     (Inverse::new(&dataset).expect("an axis that moves as one"), candidates(&dataset.machine))
 }
@@ -79,30 +84,73 @@ fn best(found: &(Inverse, Vec<Candidate>), count: usize) -> (Vec<Kind>, Vec<Vec<
     (set.iter().map(|cause| cause.definition.kind).collect(), best.values)
 }
 
-/// Half of the time the guide is at rest, while the command grows from one level of friction to the other.
-/// That says nothing of a law, and no dead band may stand for it.
+/// Position of a guide that is at rest for half of the time, and the command that moves it against friction
+/// of a level and a dead band of a width. At rest the command grows from one level to the other.
+fn stop_and_go(t: f64, shift: f64, level: f64, width: f64) -> [f64; 2] {
+    let (turn, phase) = ((t / 2.0).floor(), t % 2.0);
+    let side = if turn % 2.0 > 0.5 { -1.0 } else { 1.0 };
+    let stroke = 0.2 * (1.0 + 0.1 * shift);
+    let from = if side > 0.0 { 0.0 } else { stroke };
+    if phase < 1.0 {
+        let (sin, cos) = (PI * phase).sin_cos();
+        let [x, v, a] = [0.5 * (1.0 - cos), 0.5 * PI * sin, 0.5 * PI * PI * cos];
+        let force = side * (stroke * (1.2 * a + 4.0 * v) + level);
+        [from + side * stroke * x, force + width * force.signum()]
+    } else {
+        [from + side * stroke, side * (level + width) * (1.0 - 2.0 * (phase - 1.0))]
+    }
+}
+
+/// Rest says nothing of a law: neither friction nor a dead band stands for the other.
 #[test]
 fn truth_a_guide_at_rest_tells_nothing_of_its_friction() {
     const LEVEL: f64 = 20.0;
-    let (stroke, omega) = (0.2, PI);
-    let found = records_of(BELIEVED, 0.001, &|t, shift| {
-        let (turn, phase) = ((t / 2.0).floor(), t % 2.0);
-        let side = if turn % 2.0 > 0.5 { -1.0 } else { 1.0 };
-        let from = if side > 0.0 { 0.0 } else { stroke };
-        let (size, moved) = (side * stroke * (1.0 + 0.1 * shift), phase < 1.0);
-        let [x, v, a] = if moved {
-            let (sin, cos) = (omega * phase).sin_cos();
-            [0.5 * (1.0 - cos), 0.5 * omega * sin, 0.5 * omega * omega * cos]
-        } else {
-            [1.0, 0.0, 0.0]
-        };
-        let dry = if moved { side } else { side * (1.0 - 2.0 * (phase - 1.0)) };
-        [from * (1.0 + 0.1 * shift) + size * x, size * (1.2 * a + 4.0 * v) + LEVEL * dry]
-    });
+    let found = records_of(BELIEVED, (0.001, None), &|t, shift| stop_and_go(t, shift, LEVEL, 0.0));
     let (kinds, values) = best(&found, 1);
     assert_eq!(kinds, [Kind::CoulombFriction], "{values:?}");
-    // The friction turns over at the edges of a motion, which the low-pass blurs.
+    // The friction turns over at the edges of a motion, which are known to a row.
     assert!((values[0][0] / LEVEL - 1.0).abs() < 0.03, "{values:?}");
+    let found = records_of(BELIEVED, (0.001, None), &|t, shift| stop_and_go(t, shift, 0.0, 0.5));
+    let (kinds, values) = best(&found, 1);
+    assert_eq!(kinds, [Kind::DriveDeadband], "{values:?}");
+    // Where the force changes its sign, the dead band's term does so over a hundredth of the largest command.
+    assert!((values[0][0] / 0.5 - 1.0).abs() < 0.1, "{values:?}");
+}
+
+/// A delay shifts the motion against the command, not the rests of the motion.
+#[test]
+fn truth_a_delay_is_found_beside_rests() {
+    const DELAY_S: f64 = 0.04;
+    let friction = "damping = 6.0\neffects.coulomb-friction = { level = 20.0 }";
+    let machine = BELIEVED.replace("damping = 6.0", friction);
+    let found = records_of(&machine, (0.001, Some(SPACING_S)), &|t, shift| {
+        let [x, _] = stop_and_go(t, shift, 20.0, 0.0);
+        [x, stop_and_go(t + DELAY_S + 0.5 * SPACING_S, shift, 20.0, 0.0)[1]]
+    });
+    let (inverse, all) = found;
+    let delay = *all.iter().find(|one| one.definition.kind == Kind::CommandDelay).unwrap();
+    let Balanced { nats, values, .. } = inverse.weigh(&[delay]).unwrap();
+    // Friction hides most of the delay.
+    assert!(nats > 3.0, "{nats}");
+    assert!((values[0][0] / DELAY_S - 1.0).abs() < 0.2, "{values:?}");
+}
+
+/// A held command acts half a row late. Without a stated hold it may be that late. Two rows are a delay.
+#[test]
+fn truth_what_a_hold_makes_late_is_no_delay() {
+    for hold_s in [Some(SPACING_S), None] {
+        for (rows, is_late) in [(0.5, false), (2.0, true)] {
+            let (inverse, all) = records_of(BELIEVED, (0.001, hold_s), &|t, shift| {
+                let [v, a] = [1, 2].map(|order| waves(t + rows * SPACING_S, order, shift));
+                [waves(t, 0, shift), 1.2 * a + 4.0 * v]
+            });
+            for kind in [Kind::CommandDelay, Kind::ActuatorLag] {
+                let cause = *all.iter().find(|one| one.definition.kind == kind).unwrap();
+                let nats = inverse.weigh(&[cause]).unwrap().nats;
+                assert_eq!(nats > 6.0, is_late, "{kind} of {rows} rows, held {hold_s:?}: {nats}");
+            }
+        }
+    }
 }
 
 fn friction(all: &[Candidate]) -> Vec<Candidate> {

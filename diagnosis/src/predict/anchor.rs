@@ -230,9 +230,9 @@ fn place_beside(
 
 impl Anchor {
     /// The corrections of the first chain with a measured position, from the channels that are not silent.
-    /// `None` if there is no such chain. Sliding surfaces move only as their bristles
-    /// ask. Without accelerometers the natural
-    /// frequency is `pace`, rad/s. If zeros are shifted, only the first sensor shows where its body is.
+    /// `None` if there is no such chain. A sliding surface moves only if its bristle would exceed its level.
+    /// Without accelerometers the natural frequency is `pace`, rad/s. If zeros are shifted, only the first
+    /// sensor shows where its body is.
     pub(super) fn new(
         motion: &Motion,
         channels: &[Channel],
@@ -352,7 +352,9 @@ impl Anchor {
         let dx = std::f64::consts::SQRT_2 * self.omega * spacing_s * position;
         let dv = spacing_s * (acceleration + self.omega.powi(2) * position);
         shift(machine, &mut state.xi, &self.coordinates, [dx, dv]);
-        self.bristles.iter().for_each(|bristle| bristle.slide(machine, state));
+        if dx.abs() + dv.abs() > 0.0 {
+            self.bristles.iter().for_each(|bristle| bristle.slide(machine, state));
+        }
     }
 }
 

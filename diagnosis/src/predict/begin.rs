@@ -9,7 +9,7 @@ const MOST_PAIRS: usize = 500;
 /// Smallest number of rows at the start, and standard errors by which the initial speed must differ.
 const FEWEST_ROWS: usize = 6;
 const STANDARD_ERRORS: f64 = 4.0;
-/// Estimates of one value agree if their intervals of this many standard errors meet.
+/// An estimate of a value agrees with others if it lies in all their intervals of this many standard errors.
 const AGREEING: f64 = 2.0;
 /// Smallest share of the initial excursion that is due to the initial speed. A smaller share is an error of
 /// the parabola.
@@ -87,7 +87,7 @@ pub(super) fn first_value(series: &[f64], spacing_s: f64, stretch_s: f64, sigma:
     let [mut low, mut high] = [-1.0, 1.0].map(|side| series[0] + side * AGREEING * sigma);
     let lengths = std::iter::successors(Some(FEWEST_ROWS), |rows| Some(2 * rows));
     let fits = lengths.take_while(|rows| *rows <= most).map_while(|rows| Parabola::through(&series[..rows]));
-    for fit in fits.filter(|fit| fit.value_error < 1.0) {
+    for fit in fits {
         if !(low..=high).contains(&fit.value) {
             break;
         }

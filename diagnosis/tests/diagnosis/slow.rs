@@ -20,7 +20,7 @@ fn value(answer: &Diagnosis, kind: &str, parameter: &str) -> f64 {
 }
 
 fn assert_recovers(answer: &Diagnosis, kind: &str, parameter: &str, hidden: f64) {
-    assert_eq!(accepted(answer).first(), Some(&kind), "{}", told(answer));
+    assert_eq!(accepted(answer), [kind], "{}", told(answer));
     let found = value(answer, kind, parameter);
     assert!((found / hidden - 1.0).abs() < RECOVERY, "{parameter} {found} for {hidden}: {}", told(answer));
 }

@@ -191,13 +191,13 @@ pub(crate) fn band([low, high]: [f64; 2]) -> String {
     format!("{} to {} Hz", plain(low), plain(high))
 }
 
-/// The records do not determine a positive value if its interval exceeds it by this factor.
+/// The records do not determine a value if the upper end of its interval is this many times as large.
 const UNDETERMINED: f64 = 100.0;
 
 /// The interval of a value; `None` if the value is fixed.
 pub(super) fn interval(estimate: &Estimate) -> Option<String> {
     let [low, high] = estimate.ci90;
-    let is_undetermined = low >= 0.0 && high > UNDETERMINED * estimate.value;
+    let is_undetermined = low >= 0.0 && estimate.value > 0.0 && high > UNDETERMINED * estimate.value;
     let of = |end: f64| with_unit(end, unit(estimate));
     match (high > low, is_undetermined || !low.is_finite() || !high.is_finite()) {
         (false, _) => None,
@@ -240,7 +240,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn truth_an_interval_over_all_numbers_is_no_interval() {
+    fn truth_an_interval_far_above_its_value_is_no_interval() {
         let of = |value: f64, ci90: [f64; 2]| estimate(&Estimate { value, ci90, unit: "m/s".into() });
         assert_eq!(of(0.01, [f64::MIN_POSITIVE, 1000.0]), "10 mm/s (not determined)");
         assert_eq!(of(0.01, [0.005, 0.015]), "10 mm/s (5 mm/s to 15 mm/s)");

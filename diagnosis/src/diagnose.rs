@@ -325,8 +325,8 @@ mod tests {
         dataset
     }
 
-    /// Damping of three times the believed one, which may be twice as large. A law that explains slightly more
-    /// comes second; one that explains far more comes first.
+    /// Damping is three times the believed one, which may be twice as large. A law that explains slightly
+    /// more comes second. A law that explains far more comes first.
     #[test]
     fn truth_of_equal_causes_that_of_a_value_at_its_limit_comes_first() {
         let mut dataset = loaded();

@@ -205,8 +205,8 @@ impl Judge<'_> {
         }
     }
 
-    /// Moves the first set whose last cause adds to a value at the limit of its tolerance in `base`, or to
-    /// the timing of commands there, to the front of a ranking. It must look like the best one: a value beyond
+    /// Moves the first set whose last cause extends a limit of `base` to the front of a ranking. The limit is
+    /// that of a tolerance or of the timing of commands. The set must look like the best one: a value beyond
     /// its tolerance needs no new law.
     pub(crate) fn prefer_freed<T: std::borrow::Borrow<Scored>>(&self, ranked: &mut [T], base: &Scored) {
         let most = ranked.iter().map(|scored| self.all(scored.borrow())).fold(f64::NEG_INFINITY, f64::max);

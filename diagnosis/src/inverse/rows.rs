@@ -19,9 +19,10 @@ const ROWS_PER_CORNER: f64 = 48.0;
 const KEPT_PER_CORNER: f64 = 4.0;
 /// Periods of the corner that are omitted at either end, where the low-pass settles.
 const ENDS: f64 = 1.0;
-/// A guide is at rest at a row, or creeps, if its position changes by fewer deviations of its readings than this, before
-/// the row or after it, in this share of a period of the corner and this number of rows. At the turning point
-/// of a sine the position changes by a thirtieth of the amplitude in that time.
+/// A guide is at rest, or creeps, where its position changes by fewer deviations of its readings than this.
+/// It does so before the row or after it, within this share of a period of the corner, at least this number
+/// of rows. At the turning point of a sine the position changes by a thirtieth of the amplitude in that
+/// share.
 const AT_REST: f64 = 6.0;
 const RESTING: f64 = 0.25;
 const FEWEST_RESTING: usize = 6;
@@ -191,7 +192,8 @@ impl Rows {
         if late == Late::default() { self.moving[order].clone() } else { self.without_rest(order, late) }
     }
 
-    /// What belongs to rows at rest is taken off after the low-pass, which leaves the other rows as they are.
+    /// A derivative without its part in rows at rest. That part is subtracted after the low-pass, so that the
+    /// other rows stay as they are.
     fn without_rest(&self, order: usize, late: Late) -> Vec<f64> {
         let light = if order == 0 { self.light_speed.clone() } else { self.rate(&self.light_speed) };
         let rest = self.earlier_by(late, light, |_| true);
@@ -201,7 +203,7 @@ impl Rows {
         all.iter().zip(smoothed(&rest, self.corner_hz, self.spacing_s)).map(|(x, rest)| x - rest).collect()
     }
 
-    /// A series as it is if the drive's force follows later: its value and its rate where `has_rate`, shifted.
+    /// A series of the motion as the late command sees it: with its rate where `has_rate`, and shifted.
     fn earlier_by(&self, late: Late, mut series: Vec<f64>, has_rate: impl Fn(usize) -> bool) -> Vec<f64> {
         if late.lag_s > 0.0 {
             let rate = self.rate(&series);
@@ -285,7 +287,7 @@ impl Rows {
     }
 }
 
-/// Commands as they act on average if each is held until the next: half a row later, from cubics through four.
+/// Commands as they act on average if each is held until the next: half a row later, by cubic interpolation.
 fn half_a_row_later(commands: &[f64]) -> Vec<f64> {
     let last = commands.len().saturating_sub(1);
     let at = |k: usize| commands[k.saturating_sub(2).min(last)];

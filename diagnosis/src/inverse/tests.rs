@@ -84,8 +84,8 @@ fn best(found: &(Inverse, Vec<Candidate>), count: usize) -> (Vec<Kind>, Vec<Vec<
     (set.iter().map(|cause| cause.definition.kind).collect(), best.values)
 }
 
-/// Position of a guide that is at rest for half of the time, and the command that moves it against friction
-/// of a level and a dead band of a width. At rest the command grows from one level to the other.
+/// Position of a guide that rests for half of the time, and its command. The guide has friction of a level,
+/// the drive a dead band of a width. At rest the command grows from one level to the other.
 fn stop_and_go(t: f64, shift: f64, level: f64, width: f64) -> [f64; 2] {
     let (turn, phase) = ((t / 2.0).floor(), t % 2.0);
     let side = if turn % 2.0 > 0.5 { -1.0 } else { 1.0 };
@@ -101,7 +101,7 @@ fn stop_and_go(t: f64, shift: f64, level: f64, width: f64) -> [f64; 2] {
     }
 }
 
-/// Rest says nothing of a law: neither friction nor a dead band stands for the other.
+/// At rest both laws hold, so that neither friction nor a dead band may stand for the other.
 #[test]
 fn truth_a_guide_at_rest_tells_nothing_of_its_friction() {
     const LEVEL: f64 = 20.0;
@@ -113,7 +113,7 @@ fn truth_a_guide_at_rest_tells_nothing_of_its_friction() {
     let found = records_of(BELIEVED, (0.001, None), &|t, shift| stop_and_go(t, shift, 0.0, 0.5));
     let (kinds, values) = best(&found, 1);
     assert_eq!(kinds, [Kind::DriveDeadband], "{values:?}");
-    // Where the force changes its sign, the dead band's term does so over a hundredth of the largest command.
+    // The term of a dead band changes its sign over a hundredth of the largest command.
     assert!((values[0][0] / 0.5 - 1.0).abs() < 0.1, "{values:?}");
 }
 

@@ -107,8 +107,8 @@ pub(super) fn is_in_motion(series: &[f64], step: f64) -> bool {
     middle.is_some_and(|half| way(half) > HALF_WAY * way(2 * half))
 }
 
-/// A parabola through rows: value and speed (per row) at the first row, root mean square of the residuals,
-/// and the standard errors of speed and value for residuals of one.
+/// A parabola through rows: value and speed (per row) at the first row, and root mean square of the
+/// residuals. The standard errors of speed and value are those for residuals of one.
 pub(super) struct Parabola {
     rows: usize,
     pub(super) value: f64,
@@ -203,8 +203,8 @@ mod tests {
         assert!(!of(&|t| 2.0 * t * t) && !of(&|t| 0.1 * (1.0 - (9.0 * t).cos())) && !of(&|_| 0.2));
     }
 
-    /// From rest, the mean error of the first value falls with the number of rows. Where the motion soon turns, a
-    /// long parabola misses it by two deviations, and a short one counts.
+    /// From rest, the mean error of the first value falls with the number of rows. Where the motion soon
+    /// turns, a long parabola misses it by two deviations, and a short one counts.
     #[test]
     fn truth_the_first_value_is_averaged_as_far_as_the_motion_allows() {
         let mut chance = Chance::seeded(3);

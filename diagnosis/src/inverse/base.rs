@@ -4,7 +4,7 @@ use feeler_plant::assembly::{GROUND_NODE, assemble};
 use feeler_plant::description::{ActuatorKind, ElementKind, Quantity, Site};
 use feeler_plant::effects::{Kind, Place, Trait};
 
-use super::rows::{Late, Rows};
+use super::rows::Rows;
 use super::solve::Term;
 use crate::dataset::Dataset;
 use crate::fit::candidates::Candidate;
@@ -130,18 +130,18 @@ impl Base {
         self.sides.iter().filter(stays)
     }
 
-    pub(super) fn terms(&self, rows: &Rows, late: Late, causes: &[Candidate]) -> Vec<Term> {
+    pub(super) fn terms(&self, rows: &Rows, causes: &[Candidate]) -> Vec<Term> {
         let of = |side: &Side| match side {
             Side::Mass(mass) => Term {
-                series: rows.acceleration(late),
+                series: rows.acceleration.clone(),
                 low: mass / (1.0 + FRACTION),
                 high: mass * (1.0 + FRACTION),
             },
             Side::Damping(damping) => {
-                Term { series: rows.speed(late), low: damping / LESS, high: damping * (1.0 + DAMPING) }
+                Term { series: rows.speed.clone(), low: damping / LESS, high: damping * (1.0 + DAMPING) }
             }
             Side::Gravity(amplitude, phase) => Term {
-                series: rows.of_motion(late, 0.0, |at| amplitude * (at.position + phase).sin()),
+                series: rows.of_motion(0.0, |at| amplitude * (at.position + phase).sin()),
                 low: 1.0 / (1.0 + FRACTION),
                 high: 1.0 + FRACTION,
             },
@@ -153,7 +153,7 @@ impl Base {
                 let force =
                     |at: At| forces.iter().zip(&coefficients).map(|(force, c)| c * (force.of)(at)).sum();
                 Term {
-                    series: rows.of_motion(late, shape, force),
+                    series: rows.of_motion(shape, force),
                     low: 1.0 / (1.0 + tolerance),
                     high: 1.0 + tolerance,
                 }

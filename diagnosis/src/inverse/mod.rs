@@ -14,7 +14,7 @@ mod solve;
 
 use base::Base;
 pub(crate) use base::Part;
-use rows::{Late, Measured, Rows, corner_hz};
+use rows::{Measured, Rows, corner_hz};
 use solve::{Term, solve, sum};
 
 use family::Family;
@@ -107,12 +107,11 @@ impl Inverse {
         // All experiments share one corner, because likelihoods of different bands cannot be compared.
         let corner = corners.fold(f64::INFINITY, f64::min);
         let is_sampled = dataset.is_sampled(0);
-        let ready = |is_check: bool, sigma: f64| -> Vec<Rows> {
+        let ready = |is_check: bool| -> Vec<Rows> {
             let of = |record: &&Record| {
                 let (command, position) = (record.commands.first()?, &record.series[channel]);
                 let (start_s, spacing_s) = (record.start_s, record.spacing_s);
-                let measured =
-                    Measured { start_s, spacing_s, command, position, sigma, is_held: !is_sampled };
+                let measured = Measured { start_s, spacing_s, command, position, is_held: !is_sampled };
                 Some(Rows::new(&measured, corner))
             };
             used.iter().filter(|record| record.is_check == is_check).filter_map(of).collect()
@@ -120,12 +119,11 @@ impl Inverse {
         if !corner.is_finite() {
             return None;
         }
-        let kept = |rows: &[Rows]| rows.iter().map(|rows| rows.weights.len()).sum::<usize>();
-        let enough = |sigma: f64| {
-            let [fitted, checked] = [false, true].map(|is_check| ready(is_check, sigma));
-            (kept(&fitted) >= FEWEST_FITTED && kept(&checked) >= FEWEST_CHECKED).then_some((fitted, checked))
-        };
-        let (mut fitted, mut checked) = enough(dataset.channels[channel].sigma()).or_else(|| enough(0.0))?;
+        let (mut fitted, mut checked) = (ready(false), ready(true));
+        let kept = |rows: &[Rows]| rows.iter().map(|rows| rows.thin(&rows.speed).len()).sum::<usize>();
+        if kept(&fitted) < FEWEST_FITTED || kept(&checked) < FEWEST_CHECKED {
+            return None;
+        }
         let extent = Rows::extent(&fitted);
         fitted.iter_mut().chain(&mut checked).for_each(|rows| rows.middle = extent.middle());
         let ends = fitted.iter().filter_map(|rows| rows.times_s().last().copied());
@@ -133,10 +131,10 @@ impl Inverse {
             fitted.iter().filter_map(|rows| rows.times_s().first().copied()).fold(f64::MAX, f64::min);
         let span_s = (ends.fold(from_s, f64::max) - from_s).max(f64::MIN_POSITIVE);
         let (weight, is_noisy) = (weight(dataset), is_noisy(dataset));
-        let changes = |rows: &Rows| rows.thin(&rows.command_rate).iter().any(|rate| rate.abs() > 0.0);
-        let is_shifted = is_sampled && fitted.iter().any(changes);
         // Known once the presliding distance is.
         let alone = Vec::new();
+        let changes = |rows: &Rows| rows.thin(&rows.rate(&rows.smooth)).iter().any(|rate| rate.abs() > 0.0);
+        let is_shifted = is_sampled && fitted.iter().any(changes);
         let mut inverse =
             Self { base, fitted, checked, is_shifted, extent, from_s, span_s, weight, is_noisy, alone };
         inverse.turn();
@@ -156,7 +154,7 @@ impl Inverse {
             let series = inverse
                 .fitted
                 .iter()
-                .flat_map(|rows| rows.thin(&rows.of_motion(Late::default(), 0.0, |at| at.direction)))
+                .flat_map(|rows| rows.thin(&rows.of_motion(0.0, |at| at.direction)))
                 .collect();
             terms.push(Term { series, low: f64::NEG_INFINITY, high: f64::INFINITY });
             solve(&terms, &target).map_or(f64::INFINITY, |x| mean(&squares(&terms, &x, &target)))
@@ -287,32 +285,24 @@ impl Inverse {
     }
 
     fn balance_of(&self, rows: &Rows, shaped: &Shaped<'_>, smooth: Option<Family>) -> (Vec<Term>, Vec<f64>) {
-        let mut late = Late::default();
-        for (shown, &shape) in shaped.shown.iter().zip(&shaped.shapes) {
-            match shown.form {
-                Form::Lag => late.lag_s += shape,
-                Form::Delay => late.delay_s += shape,
-                _ => {}
-            }
-        }
-        let mut terms = self.base.terms(rows, late, shaped.causes);
+        let mut terms = self.base.terms(rows, shaped.causes);
         let (mut gain, mut limit) = (1.0, f64::INFINITY);
         let mut of_command = Vec::new();
         for (shown, &shape) in shaped.shown.iter().zip(&shaped.shapes) {
             let low = |is_signed: bool| if is_signed { f64::NEG_INFINITY } else { 0.0 };
             match shown.form {
                 Form::Forces(forces) => terms.extend(forces.iter().map(|force| Term {
-                    series: rows.of_motion(late, shape, force.of),
+                    series: rows.of_motion(shape, force.of),
                     low: low(force.is_signed),
                     high: f64::INFINITY,
                 })),
                 Form::Mass => {
-                    let series = rows.acceleration(late);
+                    let series = rows.acceleration.clone();
                     terms.push(Term { series, low: low(true), high: f64::INFINITY });
                 }
                 Form::Deadband => {
                     let usual = self.extent.command;
-                    let series = rows.of_command(|u| direction(u, usual));
+                    let series = rows.smooth.iter().map(|u| direction(*u, usual)).collect();
                     of_command.push(Term { series, low: 0.0, high: f64::INFINITY });
                 }
                 Form::Gain => gain = shape,
@@ -320,11 +310,23 @@ impl Inverse {
                 Form::Lag | Form::Delay => {}
             }
         }
+        for (shown, &shape) in shaped.shown.iter().zip(&shaped.shapes) {
+            for term in &mut terms {
+                match shown.form {
+                    Form::Lag => {
+                        let rate = rows.rate(&term.series);
+                        term.series.iter_mut().zip(rate).for_each(|(x, rate)| *x += shape * rate);
+                    }
+                    Form::Delay => term.series = rows.earlier(&term.series, shape),
+                    _ => {}
+                }
+            }
+        }
         for term in &mut terms {
             (term.low, term.high) = (term.low / gain, term.high / gain);
         }
         if self.is_shifted {
-            let (series, late_s) = (rows.command_rate.clone(), rows.most_late_s());
+            let (series, late_s) = (rows.rate(&rows.smooth), rows.most_late_s());
             terms.push(Term { series, low: -late_s, high: late_s });
         }
         terms.extend(of_command);

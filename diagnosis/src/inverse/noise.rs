@@ -2,7 +2,7 @@
 //! near reversals count less where friction is large.
 
 use super::family::Family;
-use super::rows::{Late, Rows};
+use super::rows::Rows;
 use super::smooth::free;
 use super::solve::solve;
 use super::{Inverse, NOTHING, squares};
@@ -17,15 +17,12 @@ impl Inverse {
     /// fitted experiments from a model that is flexible in mass, damping, friction and smooth forces.
     pub(super) fn weigh_rows(&mut self) {
         let classes = |rows: &Rows| -> Vec<usize> {
-            let lacks = rows.thin(&rows.lacks());
+            let lacks = rows.thin(&rows.of_motion(0.0, |at| 1.0 - at.direction.abs()));
             lacks.iter().map(|lack| CLASSES.iter().filter(|bound| *lack > **bound).count()).collect()
         };
         let (mut terms, target) = self.balance(&self.fitted, &NOTHING, Some(Family::Motion));
         for order in 0..2 {
-            let of = |rows: &Rows| {
-                let late = Late::default();
-                rows.thin(&if order == 0 { rows.acceleration(late) } else { rows.speed(late) })
-            };
+            let of = |rows: &Rows| rows.thin([&rows.acceleration, &rows.speed][order]);
             terms.push(free(self.fitted.iter().flat_map(of).collect()));
         }
         let Some(found) = solve(&terms, &target) else { return };

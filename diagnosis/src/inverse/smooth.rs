@@ -4,7 +4,7 @@
 use feeler_plant::effects::Place;
 
 use super::family::Family;
-use super::rows::{Late, Rows};
+use super::rows::Rows;
 use super::solve::Term;
 use super::{Inverse, mean, nats};
 use crate::fit::candidates::Candidate;
@@ -90,7 +90,7 @@ impl Inverse {
             |s, w, _| s * s * w,
         ];
         let term = |f: fn(f64, f64, f64) -> f64| {
-            free(rows.of_motion(Late::default(), 0.0, |at| {
+            free(rows.of_motion(0.0, |at| {
                 largest * f((at.position - at.middle) / half, at.speed / usual, at.direction)
             }))
         };
@@ -104,9 +104,8 @@ impl Inverse {
         let share = |position: f64, node: usize| {
             largest * (1.0 - ((position - first) / spacing - node as f64).abs()).max(0.0)
         };
-        let smooth = |node| free(rows.of_motion(Late::default(), 0.0, |at| share(at.position, node)));
-        let dry =
-            |node| free(rows.of_motion(Late::default(), 0.0, |at| at.direction * share(at.position, node)));
+        let smooth = |node| free(rows.of_motion(0.0, |at| share(at.position, node)));
+        let dry = |node| free(rows.of_motion(0.0, |at| at.direction * share(at.position, node)));
         (0..NODES).map(smooth).chain((0..NODES).map(dry)).collect()
     }
 
@@ -118,7 +117,7 @@ impl Inverse {
     /// Friction with a level that is a function of time over the recorded time.
     fn drifting(&self, rows: &Rows, level: impl Fn(f64) -> f64) -> Term {
         let largest = self.extent.command.max(f64::MIN_POSITIVE);
-        let turning = rows.of_motion(Late::default(), 0.0, |at| at.direction);
+        let turning = rows.of_motion(0.0, |at| at.direction);
         let times = rows.times_s();
         let at = |(d, t): (&f64, &f64)| largest * d * level((t - self.from_s) / self.span_s);
         free(turning.iter().zip(&times).map(at).collect())

@@ -84,57 +84,6 @@ fn best(found: &(Inverse, Vec<Candidate>), count: usize) -> (Vec<Kind>, Vec<Vec<
     (set.iter().map(|cause| cause.definition.kind).collect(), best.values)
 }
 
-/// Position of a guide that rests for half of the time, and its command. The guide has friction of a level,
-/// the drive a dead band of a width. At rest the command grows from one level to the other.
-fn stop_and_go(t: f64, shift: f64, level: f64, width: f64) -> [f64; 2] {
-    let (turn, phase) = ((t / 2.0).floor(), t % 2.0);
-    let side = if turn % 2.0 > 0.5 { -1.0 } else { 1.0 };
-    let stroke = 0.2 * (1.0 + 0.1 * shift);
-    let from = if side > 0.0 { 0.0 } else { stroke };
-    if phase < 1.0 {
-        let (sin, cos) = (PI * phase).sin_cos();
-        let [x, v, a] = [0.5 * (1.0 - cos), 0.5 * PI * sin, 0.5 * PI * PI * cos];
-        let force = side * (stroke * (1.2 * a + 4.0 * v) + level);
-        [from + side * stroke * x, force + width * force.signum()]
-    } else {
-        [from + side * stroke, side * (level + width) * (1.0 - 2.0 * (phase - 1.0))]
-    }
-}
-
-/// At rest both laws hold, so that neither friction nor a dead band may stand for the other.
-#[test]
-fn truth_a_guide_at_rest_tells_nothing_of_its_friction() {
-    const LEVEL: f64 = 20.0;
-    let found = records_of(BELIEVED, (0.001, None), &|t, shift| stop_and_go(t, shift, LEVEL, 0.0));
-    let (kinds, values) = best(&found, 1);
-    assert_eq!(kinds, [Kind::CoulombFriction], "{values:?}");
-    // The friction turns over at the edges of a motion, which are known to a row.
-    assert!((values[0][0] / LEVEL - 1.0).abs() < 0.03, "{values:?}");
-    let found = records_of(BELIEVED, (0.001, None), &|t, shift| stop_and_go(t, shift, 0.0, 0.5));
-    let (kinds, values) = best(&found, 1);
-    assert_eq!(kinds, [Kind::DriveDeadband], "{values:?}");
-    // The term of a dead band changes its sign over a hundredth of the largest command.
-    assert!((values[0][0] / 0.5 - 1.0).abs() < 0.1, "{values:?}");
-}
-
-/// A delay shifts the motion against the command, not the rests of the motion.
-#[test]
-fn truth_a_delay_is_found_beside_rests() {
-    const DELAY_S: f64 = 0.04;
-    let friction = "damping = 6.0\neffects.coulomb-friction = { level = 20.0 }";
-    let machine = BELIEVED.replace("damping = 6.0", friction);
-    let found = records_of(&machine, (0.001, Some(SPACING_S)), &|t, shift| {
-        let [x, _] = stop_and_go(t, shift, 20.0, 0.0);
-        [x, stop_and_go(t + DELAY_S + 0.5 * SPACING_S, shift, 20.0, 0.0)[1]]
-    });
-    let (inverse, all) = found;
-    let delay = *all.iter().find(|one| one.definition.kind == Kind::CommandDelay).unwrap();
-    let Balanced { nats, values, .. } = inverse.weigh(&[delay]).unwrap();
-    // Friction hides most of the delay.
-    assert!(nats > 3.0, "{nats}");
-    assert!((values[0][0] / DELAY_S - 1.0).abs() < 0.2, "{values:?}");
-}
-
 /// A held command acts half a row late. Without a stated hold it may be that late. Two rows are a delay.
 #[test]
 fn truth_what_a_hold_makes_late_is_no_delay() {

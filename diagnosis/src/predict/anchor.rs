@@ -168,24 +168,36 @@ pub(super) fn place(
         let (gain, bias) = channel.scale(assembly);
         let speed_of = |node: usize| assembly.nodes[node].velocity_m_per_s;
         let believed = gain * (speed_of(node) - speed_of(relative_to));
-        let begun = beginning(series, record.spacing_s, 1.0 / omega, step, believed);
-        let value = begun.map_or_else(
-            || first_value(series, record.spacing_s, 1.0 / omega, channel.sigma()),
-            |[value, _]| value,
-        );
+        let (value, rate) = first_row(channel, series, record.spacing_s, omega, believed);
         let shift =
             (value - bias) / gain + assembly.nodes[relative_to].position_m - assembly.nodes[node].position_m;
         for member in chain(assembly, node, relative_to) {
             assembly.nodes[member].position_m += shift;
-            if let Some([_, speed]) = begun {
+            if let Some(speed) = rate {
                 assembly.nodes[member].velocity_m_per_s =
                     assembly.nodes[relative_to].velocity_m_per_s + speed / gain;
             }
         }
         let is_bent = place_beside(assembly, channels, record, omega, (node, beside));
-        return Placed { is_in_motion: begun.is_some() || is_in_motion(series, step), is_bent };
+        return Placed { is_in_motion: rate.is_some() || is_in_motion(series, step), is_bent };
     }
     Placed { is_in_motion: false, is_bent: false }
+}
+
+/// The value at the first row of a channel, and its rate if that differs from the believed one. `omega` is
+/// the natural frequency of the observer, rad/s.
+fn first_row(
+    channel: &Channel,
+    series: &[f64],
+    spacing_s: f64,
+    omega: f64,
+    believed: f64,
+) -> (f64, Option<f64>) {
+    let step = channel.resolution.max(channel.noise);
+    match beginning(series, spacing_s, 1.0 / omega, step, believed) {
+        Some([value, rate]) => (value, Some(rate)),
+        None => (first_value(series, spacing_s, 1.0 / omega, channel.sigma()), None),
+    }
 }
 
 /// Sets the other measured bodies of the chain of `first` to their own readings, or shifts the zeros of
@@ -209,11 +221,7 @@ fn place_beside(
         let (gain, bias) = channel.scale(assembly);
         let step = channel.resolution.max(channel.noise);
         let [speed, own] = [relative_to, node].map(|node| assembly.nodes[node].velocity_m_per_s);
-        let begun = beginning(series, record.spacing_s, 1.0 / omega, step, gain * (own - speed));
-        let value = begun.map_or_else(
-            || first_value(series, record.spacing_s, 1.0 / omega, channel.sigma()),
-            |[value, _]| value,
-        );
+        let (value, _) = first_row(channel, series, record.spacing_s, omega, gain * (own - speed));
         let read = (value - bias) / gain + assembly.nodes[relative_to].position_m;
         let bent = read - assembly.nodes[node].position_m;
         if bent.abs() <= BENT_STEPS * step / gain.abs() {

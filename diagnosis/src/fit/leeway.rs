@@ -5,12 +5,10 @@ use feeler_plant::effects::{EffectUse, Kind, Trait};
 
 use crate::fit::model::{DIFFERENCE, Model};
 use crate::fit::unknown::{SIGMAS, Target, Unknown};
-use crate::predict::{Leeway, Presliding};
+use crate::predict::{Leeway, MOST_LATE_ROWS, Presliding};
 
 /// Step of finite differences for the timing of commands, rows.
 const TIMING_DIFFERENCE: f64 = 1e-2;
-/// Largest time between a row and the instant at which its command acts, if no hold is stated, rows.
-pub(crate) const MOST_LATE_ROWS: f64 = 0.5;
 
 /// Shift of the trial presliding frequency of sticking guides, as a logarithm.
 const STIFFER: f64 = 1.4;

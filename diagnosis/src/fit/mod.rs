@@ -8,7 +8,7 @@ pub(crate) mod curvature;
 mod elongation;
 pub(crate) mod glance;
 pub(crate) mod least_squares;
-pub(crate) mod leeway;
+mod leeway;
 pub(crate) mod missing;
 pub(crate) mod model;
 mod nested;

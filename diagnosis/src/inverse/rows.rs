@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use crate::filter;
-use crate::fit::leeway::MOST_LATE_ROWS;
 use crate::kinds::{At, Extent};
+use crate::predict::MOST_LATE_ROWS;
 
 /// Ratio of the low-pass corner to the frequency of the motion.
 const ABOVE_MOTION: f64 = 6.0;

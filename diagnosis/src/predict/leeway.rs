@@ -3,6 +3,9 @@
 
 use super::presliding::Presliding;
 
+/// Largest time between a row and the instant at which its command acts, if no hold is stated, rows.
+pub(crate) const MOST_LATE_ROWS: f64 = 0.5;
+
 /// Values of the unknowns beyond the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Leeway {

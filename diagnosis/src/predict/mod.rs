@@ -25,7 +25,7 @@ mod warm;
 
 pub(crate) use anchor::{Anchoring, chain};
 pub(crate) use begin::pace;
-pub(crate) use leeway::Leeway;
+pub(crate) use leeway::{Leeway, MOST_LATE_ROWS};
 pub(crate) use presliding::Presliding;
 pub(crate) use run::Start;
 pub use run::{Prediction, Predictor};

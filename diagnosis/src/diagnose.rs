@@ -41,8 +41,7 @@ pub fn diagnose_within(
     if fitted == 0 || checked == 0 {
         return Err(DiagnosisError::Roles { fitted, checked });
     }
-    progress("calibrating and trying single causes");
-    let found = search(dataset, budget, |task, calibrated| {
+    let found = search(dataset, budget, progress, |task, calibrated| {
         let [check, all] = room(task, calibrated);
         (check >= ACCEPT && all >= ACCEPT_ALL) || !task.weights.coarse.is_empty()
     })?;
@@ -104,6 +103,7 @@ impl<'a> Composing<'a> {
             screened: found.others.clone(),
             silent: found.silent.iter().map(|candidate| vec![*candidate]).collect(),
             untried: found.untried.iter().map(|candidate| vec![*candidate]).collect(),
+            unfinished: found.unfinished.iter().map(|candidate| vec![*candidate]).collect(),
         };
         let mut accepted = found.calibrated.clone();
         let mut rivals: Vec<Scored> = Vec::new();
@@ -177,12 +177,13 @@ impl<'a> Composing<'a> {
             return false;
         }
         progress("trying a further cause");
-        let Extended { fits: mut further, others, silent, untried } =
+        let Extended { fits: mut further, others, silent, untried, unfinished } =
             extensions(&judge.search.task, accepted, &left, glimpse);
         attempts.fitted.extend(further.iter().cloned());
         attempts.screened.extend(others);
         attempts.silent.extend(silent.into_iter().map(beside));
         attempts.untried.extend(untried.into_iter().map(beside));
+        attempts.unfinished.extend(unfinished.into_iter().map(beside));
         let asked = |scored: &Scored| Asked::of(judge.dataset, scored, accepted);
         let enough = |scored: &Scored| {
             let asked = asked(scored);
@@ -225,6 +226,9 @@ impl<'a> Composing<'a> {
         let judge = &self.judge;
         let pairs = judge.proposed_pairs();
         self.attempts.fitted.extend(pairs.iter().cloned());
+        if judge.weight > 0.0 && self.budget.is_over(Stage::Screen) && judge.has_room(&self.accepted) {
+            self.attempts.unfinished.push(self.accepted.causes.clone());
+        }
         let calibrated = &judge.search.calibrated;
         let is_better =
             |pair: &&Scored| judge.check(calibrated, pair) > ACCEPT && judge.outweighs(pair, &self.accepted);
@@ -336,7 +340,7 @@ mod tests {
             let seen = Predictor::new(assemble(&real).unwrap(), &dataset, &dataset.records[r]).unwrap();
             dataset.records[r].series = { seen }.free().unwrap().series;
         }
-        let found = search(&dataset, Budget::unlimited(), |_, _| true).unwrap();
+        let found = search(&dataset, Budget::unlimited(), &|_| {}, |_, _| true).unwrap();
         let judge = Judge::new(&dataset, &found);
         let is_damping = |scored: &&Scored| scored.causes[0].definition.kind == Kind::ViscousFriction;
         let damping = found.singles.iter().find(is_damping).unwrap();
@@ -364,7 +368,7 @@ mod tests {
     #[test]
     fn truth_a_single_cause_is_dropped_if_it_may_be_absent_and_removes_less_than_half() {
         let dataset = loaded();
-        let mut found = search(&dataset, Budget::unlimited(), |_, _| true).unwrap();
+        let mut found = search(&dataset, Budget::unlimited(), &|_| {}, |_, _| true).unwrap();
         // Without time left the deviations of the fit are those of the answer.
         found.task.budget = Budget::of(std::time::Duration::ZERO);
         let is_load = |scored: &&Scored| scored.causes[0].definition.kind == Kind::ConstantLoad;
@@ -385,6 +389,7 @@ mod tests {
                     screened: Vec::new(),
                     silent: Vec::new(),
                     untried: Vec::new(),
+                    unfinished: Vec::new(),
                 };
                 let budget = found.task.budget;
                 let mut composing = Composing { judge, budget, accepted, rivals: Vec::new(), attempts };

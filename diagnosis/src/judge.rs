@@ -46,6 +46,8 @@ pub(crate) struct Attempts {
     pub(crate) silent: Vec<Vec<Candidate>>,
     /// Sets that were not tried, because the time ran out before the last of their causes.
     pub(crate) untried: Vec<Vec<Candidate>>,
+    /// Sets whose fits or comparison the end of the time cut short.
+    pub(crate) unfinished: Vec<Vec<Candidate>>,
 }
 
 /// Evidence required of a further cause, nats.

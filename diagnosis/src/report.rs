@@ -150,6 +150,8 @@ pub enum AttemptOutcome {
     NotFitted,
     /// The time ran out before the set was tried.
     NotTried,
+    /// The time ran out before the set was fitted to the end.
+    Unfinished,
 }
 
 impl AttemptOutcome {
@@ -183,6 +185,7 @@ impl fmt::Display for AttemptOutcome {
             }
             Self::LeftEarly => f.write_str("dropped early: others fit better"),
             Self::NotTried => f.write_str("not tried: the time ran out"),
+            Self::Unfinished => f.write_str("not fitted to the end: the time ran out"),
             Self::NotFitted => f.write_str(
                 "not tried: nothing in the records suggests it, or the machine could not move with it",
             ),

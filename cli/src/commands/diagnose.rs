@@ -157,7 +157,7 @@ fn not_applicable(verdict: Verdict, is_contradictory: bool, has_untried: bool) -
             Some(["these records contradict each other", "correct them first, then diagnose again"])
         }
         Verdict::UnknownCause if has_untried => Some([
-            "the time ended before all causes were tried, and more than noise is left",
+            "the time ended before all causes were tried to the end, and more than noise is left",
             "diagnose again with a larger --budget; `--changes` prints what comes nearest so far",
         ]),
         Verdict::UnknownCause => Some([

@@ -184,13 +184,18 @@ impl Adequacy {
     }
 
     /// Reports that the time did not suffice for some causes, any of which may fit as well.
-    pub(crate) fn add_untried(&mut self, causes: usize) {
-        if causes > 0 {
-            let what = format!(
-                "the time did not suffice for {causes} causes or sets; a longer `--budget` tries them"
-            );
-            self.shortfalls.push(Shortfall { condition: Condition::Tried, what });
-        }
+    pub(crate) fn add_untried(&mut self, untried: usize, unfinished: usize) {
+        let what = match (untried, unfinished) {
+            (0, 0) => return,
+            (0, _) => {
+                "the time ran out before all causes were fitted to the end; a longer `--budget` finishes them"
+                    .into()
+            }
+            _ => format!(
+                "the time did not suffice for {untried} causes or sets; a longer `--budget` tries them"
+            ),
+        };
+        self.shortfalls.push(Shortfall { condition: Condition::Tried, what });
     }
 
     /// Reports that the records contradict each other.

@@ -10,9 +10,9 @@ impl Judge<'_> {
     /// All trials, the best first, with their results.
     pub(super) fn tried(&self, attempts: &Attempts, accepted: &Scored) -> Vec<Attempt> {
         let mut tried: Vec<Attempt> =
-            attempts.fitted.iter().map(|scored| self.attempt(scored, accepted)).collect();
+            attempts.fitted.iter().map(|scored| self.attempt(scored, accepted, attempts)).collect();
         tried.extend(attempts.screened.iter().map(|scored| {
-            let attempt = self.attempt(scored, accepted);
+            let attempt = self.attempt(scored, accepted, attempts);
             Attempt { why: attempt.why.of_few_steps(), ..attempt }
         }));
         tried.sort_by(|a, b| {
@@ -31,11 +31,16 @@ impl Judge<'_> {
         tried
     }
 
-    fn attempt(&self, scored: &Scored, accepted: &Scored) -> Attempt {
+    fn attempt(&self, scored: &Scored, accepted: &Scored, attempts: &Attempts) -> Attempt {
         let (gain_check, gain_all) = (self.check(&self.search.calibrated, scored), self.all(scored));
         let best = self.all(accepted);
+        let is_unfinished = |causes: &Vec<Candidate>| {
+            causes.len() == scored.causes.len() && causes.iter().zip(&scored.causes).all(|(a, b)| a.is(b))
+        };
         let why = if scored.is_same(accepted) {
             AttemptOutcome::Accepted
+        } else if attempts.unfinished.iter().any(is_unfinished) {
+            AttemptOutcome::Unfinished
         } else if let Some(why) = self.no_departure(scored) {
             why
         } else if gain_check < ACCEPT {

@@ -103,7 +103,9 @@ impl Judge<'_> {
             adequacy.add_rivals(as_good_but_small(self, accepted, &all, &Criteria::default()));
         }
         adequacy.add_rivals(self.maybe_absent(accepted, sigma));
-        adequacy.add_untried(attempts.untried.len());
+        // After the end of composing every fit stops at its start.
+        let is_late = self.search.task.budget.is_over(Stage::Compose);
+        adequacy.add_untried(attempts.untried.len(), attempts.unfinished.len() + usize::from(is_late));
         if self.dataset.warnings.iter().any(|fault| fault.kind.is_contradiction()) {
             adequacy.add_contradiction();
         }

@@ -17,6 +17,8 @@ pub(super) struct Friction {
     pub(super) bristle_m: f64,
     /// A stretch of the stroke with a higher level: relative height, centre (m), width (m).
     pub(super) tight_spot: Option<[f64; 3]>,
+    /// Share by which the level varies over the stroke, and the period, m.
+    pub(super) wave: Option<[f64; 2]>,
     /// Share of the level that is lost as the guide warms, and the time constant of warming, s.
     pub(super) warming: Option<[f64; 2]>,
 }
@@ -31,6 +33,8 @@ pub(super) struct Drive {
     pub(super) limit: f64,
     /// Share of the force that is lost per unit of command, 1/N.
     pub(super) sag: f64,
+    /// Share of the force that is lost per unit of speed, s/m.
+    pub(super) fading: f64,
     /// Amplitude (N), pitch (m) and phase (rad) of force ripple.
     pub(super) ripple: Option<[f64; 3]>,
 }
@@ -44,6 +48,7 @@ impl Default for Drive {
             deadband: 0.0,
             limit: f64::INFINITY,
             sag: 0.0,
+            fading: 0.0,
             ripple: None,
         }
     }
@@ -108,9 +113,9 @@ impl Axis {
 
     /// Moves by `step_s` under a command that has arrived at the drive.
     pub(super) fn step(&self, state: &mut State, command: f64, step_s: f64) {
-        let wanted = self.drive.force(command);
-        state.drive += (wanted - state.drive) * (step_s / self.drive.lag_s.max(step_s));
         let [x, v] = state.motor;
+        let wanted = self.drive.force(command) * (1.0 - (self.drive.fading * v.abs()).min(0.9));
+        state.drive += (wanted - state.drive) * (step_s / self.drive.lag_s.max(step_s));
         let ripple = self.drive.ripple.map_or(0.0, |[amplitude, pitch, phase]| {
             amplitude * (std::f64::consts::TAU * x / pitch + phase).sin()
         });
@@ -147,10 +152,13 @@ impl Axis {
         let tight = friction
             .tight_spot
             .map_or(0.0, |[height, centre, width]| height * (-((x - centre) / width).powi(2)).exp());
+        let wave =
+            friction.wave.map_or(0.0, |[share, period]| share * (std::f64::consts::TAU * x / period).sin());
         let warmed =
             friction.warming.map_or(0.0, |[share, time]| share * (1.0 - (-state.time_s / time).exp()));
         let level = (friction.level * (1.0 + friction.asymmetry * v.signum()) + rest)
             * (1.0 + tight)
+            * (1.0 + wave)
             * (1.0 - warmed);
         if level <= 0.0 {
             return 0.0;

@@ -46,9 +46,8 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
         if !record.is_check {
             let mass = moving_mass(dataset, calibrated);
             let residual = missing_acceleration(dataset, r, &prediction);
-            glance
-                .missing
-                .extend(prediction.stroke.iter().zip(residual).map(|(stroke, a)| (stroke[0], mass * a)));
+            let positions = positions(dataset, calibrated, r, &prediction);
+            glance.missing.extend(positions.into_iter().zip(residual).map(|(x, a)| (x, mass * a)));
             for (contact, depths) in depths.iter_mut().enumerate() {
                 depths.extend(excess_depths(dataset, record, &prediction, contact));
             }
@@ -69,6 +68,24 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
         }
     }
     glance
+}
+
+/// Positions of the first drive at each row of a record: the predicted ones, corrected by the residual of the
+/// first encoder. A machine that lacks a stop is predicted far beyond it.
+fn positions(dataset: &Dataset, scored: &Scored, record: usize, prediction: &Prediction) -> Vec<f64> {
+    let record = &dataset.records[record];
+    let is_read = |c: &usize| {
+        dataset.channels[*c].quantity(&dataset.machine) == Quantity::Position && !record.silent[*c]
+    };
+    let encoder = (0..dataset.channels.len()).find(is_read).and_then(|c| {
+        let assembly = scored.fitted.model.assembly(&scored.fitted.theta, record.engagement)?;
+        Some((record.residual(c, &prediction.series[c]), dataset.channels[c].scale(&assembly).0))
+    });
+    let rows = prediction.stroke.iter().map(|stroke| stroke[0]);
+    match encoder {
+        Some((residual, gain)) => rows.zip(residual).map(|(x, residual)| x + residual / gain).collect(),
+        None => rows.collect(),
+    }
 }
 
 /// Share of the rows that is cut off at either end of a range, because of noise and impacts.

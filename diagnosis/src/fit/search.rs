@@ -1,5 +1,7 @@
 //! The search: calibration, then single effects, then combinations.
 
+use std::sync::Mutex;
+
 use feeler_plant::description::Quantity;
 use feeler_plant::effects::Parameter;
 use feeler_problem::Problem;
@@ -59,16 +61,20 @@ pub(crate) struct Search<'a> {
     pub(crate) silent: Vec<Candidate>,
     /// Single causes that were not tried because the time ran out.
     pub(crate) untried: Vec<Candidate>,
+    /// Single causes whose fits the end of the time cut short.
+    pub(crate) unfinished: Vec<Candidate>,
     /// Range that the fitted records cover.
     pub(crate) seen: Seen,
 }
 
 /// Calibrates the machine, then tries every single cause if `has_room` finds enough residual for one.
-pub(crate) fn search(
-    dataset: &Dataset,
+pub(crate) fn search<'a>(
+    dataset: &'a Dataset,
     budget: Budget,
+    progress: &dyn Fn(&str),
     has_room: impl Fn(&Task<'_>, &Scored) -> bool,
-) -> Result<Search<'_>, DiagnosisError> {
+) -> Result<Search<'a>, DiagnosisError> {
+    progress("calibrating");
     let mut model = Model::calibration(&dataset.machine, &dataset.tolerance)?;
     if dataset.first_sampled().is_some() {
         model = model.with_free_timing();
@@ -96,9 +102,10 @@ pub(crate) fn search(
     all.sort_by_key(|candidate| glance.elongation(host_of(candidate.site)).is_none());
     if !has_room(&task, &calibrated) {
         let seen = seen(&glance, dataset);
-        let (singles, others, untried) = (Vec::new(), Vec::new(), Vec::new());
-        return Ok(Search { task, calibrated, singles, others, silent: all, untried, seen });
+        let (singles, others, untried, unfinished) = Default::default();
+        return Ok(Search { task, calibrated, singles, others, silent: all, untried, unfinished, seen });
     }
+    progress("trying single causes");
     let mut extended = extensions(&task, &calibrated, &all, &glance);
     // Every cause contains calibration. If the fit of a nearly zero cause is better, calibration had stopped
     // early.
@@ -106,14 +113,15 @@ pub(crate) fn search(
         calibrated = better;
         glance = self::glance(&task, &calibrated);
         // If time runs out, the fits from the worse calibration are kept.
+        progress("trying single causes beside a better calibration");
         let again = extensions(&task, &calibrated, &all, &glance);
-        if again.untried.len() <= extended.untried.len() {
+        if again.left() <= extended.left() {
             extended = again;
         }
     }
-    let Extended { fits: singles, others, silent, untried } = extended;
+    let Extended { fits: singles, others, silent, untried, unfinished } = extended;
     let seen = seen(&glance, dataset);
-    Ok(Search { task, calibrated, singles, others, silent, untried, seen })
+    Ok(Search { task, calibrated, singles, others, silent, untried, unfinished, seen })
 }
 
 /// Range that the fitted records cover.
@@ -188,6 +196,15 @@ pub(crate) struct Extended {
     pub(crate) silent: Vec<Candidate>,
     /// Candidates that were not tried because the time ran out.
     pub(crate) untried: Vec<Candidate>,
+    /// Candidates that the end of the time cut short, although their fits still gained.
+    pub(crate) unfinished: Vec<Candidate>,
+}
+
+impl Extended {
+    /// How many candidates the time did not suffice for.
+    fn left(&self) -> usize {
+        self.untried.len() + self.unfinished.len()
+    }
 }
 
 pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> Scored {
@@ -208,8 +225,8 @@ type Begun = (Screened, Option<Balanced>);
 /// every place, are fitted fully.
 pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Extended {
     let Some(linearised) = Linearised::new(task, &base.fitted) else {
-        let (fits, others, untried) = (Vec::new(), Vec::new(), Vec::new());
-        return Extended { fits, others, silent: all.to_vec(), untried };
+        let (fits, others, untried, unfinished) = Default::default();
+        return Extended { fits, others, silent: all.to_vec(), untried, unfinished };
     };
     let is_late = || task.budget.is_over(Stage::Screen);
     let beside = |candidate: Candidate| base.causes.iter().copied().chain([candidate]).collect::<Vec<_>>();
@@ -235,10 +252,10 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     let goes_on = |begun: &Screened| {
         begun.fitted.cost - STILL_TO_GAIN * begun.gain < base.fitted.cost - WORTH_FITTING
             && (decline(&begun.fitted) > PROMISING * steepest || begun.fitted.cost > base.fitted.cost)
-            && !is_late()
     };
+    let cut = Cut::default();
     let go_on = |(candidate, (begun, balanced)): (Candidate, Begun)| {
-        let further = if goes_on(&begun) {
+        let further = if goes_on(&begun) && cut.is_in_time(candidate, !is_late()) {
             let mut start = begun.fitted.theta.clone();
             start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
             let further = linearised.screen(&begun.fitted.model, &start, SCREENING_STEPS - FIRST_STEPS);
@@ -272,27 +289,45 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     let mut fits: Vec<Scored> = chosen
         .into_par_iter()
         .map(|(candidate, fitted)| {
-            let is_late = task.budget.is_over(Stage::Fit);
-            with(candidate, if is_late { fitted } else { task.fit(&fitted.model, &fitted.theta, STEPS) })
+            let is_in_time = cut.is_in_time(candidate, !task.budget.is_over(Stage::Fit));
+            with(candidate, if is_in_time { task.fit(&fitted.model, &fitted.theta, STEPS) } else { fitted })
         })
         .collect();
-    overlooked(task, base, &mut fits, &mut others);
+    overlooked(task, base, &mut fits, &mut others, &cut);
     let rescore = |old: &Scored, fitted: Fitted| score(task, old.causes.clone(), fitted);
     nested::lower(task, &mut fits, &mut others, STEPS, rescore);
     nested::enforce(task, &mut fits, STEPS, rescore);
-    Extended { fits, others, silent, untried }
+    Extended { fits, others, silent, untried, unfinished: cut.0.into_inner().unwrap_or_default() }
+}
+
+/// Candidates whose fits were cut short, gathered over threads.
+#[derive(Default)]
+struct Cut(Mutex<Vec<Candidate>>);
+
+impl Cut {
+    /// Passes on whether there is time for a fit, and notes the candidate if not.
+    fn is_in_time(&self, candidate: Candidate, is_in_time: bool) -> bool {
+        if !is_in_time
+            && let Ok(mut cut) = self.0.lock()
+            && !cut.iter().any(|known| known.is(&candidate))
+        {
+            cut.push(candidate);
+        }
+        is_in_time
+    }
 }
 
 /// Fully fits dropped candidates if the preferred ones gained less than linear screening promised.
-fn overlooked(task: &Task<'_>, base: &Scored, fits: &mut Vec<Scored>, others: &mut Vec<Scored>) {
+fn overlooked(task: &Task<'_>, base: &Scored, fits: &mut Vec<Scored>, others: &mut Vec<Scored>, cut: &Cut) {
     let records: Vec<usize> = (0..task.dataset.records.len()).collect();
     let gained = |scored: &Scored| evidence(task, base, scored, &records);
     let best = fits.iter().map(gained).fold(0.0, f64::max);
     others.sort_by(|a, b| gained(b).total_cmp(&gained(a)));
     let is_worth = |scored: &Scored| gained(scored) > (RIVAL * best).max(ACCEPT_ALL);
     let worth = others.iter().take(MOST_OVERLOOKED).take_while(|scored| is_worth(scored)).count();
-    let again = |scored: Scored| {
-        if task.budget.is_over(Stage::Fit) { scored } else { finished(task, &scored) }
+    let again = |scored: Scored| match scored.causes.last() {
+        Some(last) if !cut.is_in_time(*last, !task.budget.is_over(Stage::Fit)) => scored,
+        _ => finished(task, &scored),
     };
     let finished: Vec<Scored> =
         others.drain(..worth).collect::<Vec<_>>().into_par_iter().map(again).collect();

@@ -4,8 +4,10 @@
 use std::fs;
 use std::path::Path;
 
+use feeler_diagnosis::adequacy::Condition;
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::diagnose;
+use feeler_diagnosis::report::Verdict;
 use feeler_plant::effects::Kind;
 use tempfile::TempDir;
 
@@ -201,5 +203,21 @@ fn regress_columns_that_do_not_count_move_nothing() {
         [(accepted(Kind::CoulombFriction, "level"), 7.53), (accepted(Kind::CommandDelay, "delay"), 1.92e-3)]
     {
         assert!((estimate.ci90[0]..estimate.ci90[1]).contains(&hidden), "{estimate:?}");
+    }
+}
+
+/// The answer names the column, is not sure, and says that the records contradict each other.
+#[test]
+fn truth_a_wrong_sign_or_unit_of_a_column_leaves_no_sure_answer() {
+    let faults: [(&str, fn(&[f64], usize) -> f64); 3] =
+        [("force_n", |v, k| -v[k]), ("encoder_m", |v, k| 1e3 * v[k]), ("command_n", |v, k| -v[k])];
+    for (column, fault) in faults {
+        let found = diagnose(&example(&FILES, &FILES.map(|file| (file, column, fault))), &|_| ()).unwrap();
+        let named = found.contradictions.iter().filter(|said| said.contains(&format!("`{column}`")));
+        assert!(named.count() > 0, "{column}: {:?}", found.contradictions);
+        assert_ne!(found.verdict, Verdict::Explained, "{column}");
+        let is_of_records =
+            found.adequacy.shortfalls.iter().any(|short| short.condition == Condition::Records);
+        assert!(is_of_records, "{column}: {:?}", found.adequacy.shortfalls);
     }
 }

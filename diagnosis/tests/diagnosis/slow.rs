@@ -3,6 +3,7 @@
 use feeler_diagnosis::dataset::Record;
 use feeler_diagnosis::report::Verdict;
 use feeler_diagnosis::{Diagnosis, diagnose};
+use feeler_plant::effects::Kind;
 
 use crate::adequacy::{BELIEVED, Motion, USUAL, accepted, answer, moved, told};
 
@@ -47,8 +48,7 @@ fn truth_drag_is_told_from_friction_and_damping() {
 #[test]
 fn truth_damping_that_differs_by_direction_is_recovered() {
     let force = |_: f64, v: f64| 12.0 * 0.4 * v.abs();
-    let answer = answer(&force);
-    assert_eq!(accepted(&answer).first(), Some(&"directional-damping"), "{}", told(&answer));
+    assert_recovers(&answer(&force), "directional-damping", "asymmetry", 0.4);
 }
 
 /// The controller drives the carriage against a stop that nobody believed.
@@ -65,6 +65,29 @@ fn truth_the_weight_of_an_arm_is_recovered() {
     let motion = Motion { size: 10.0, command_noise: 0.5, friction: 0.0 };
     let answer = answered(&arm, &motion, &|x, _| 20.0 * (x + 0.6).sin());
     assert_recovers(&answer, "gravity", "amplitude", 20.0);
+}
+
+/// Friction at rest is 1.6 times that of fast motion, and fades over 20 mm/s.
+#[test]
+fn truth_friction_that_falls_with_speed_is_named_or_declared_alike() {
+    let motion = Motion { size: 1.0, command_noise: 0.3, friction: 10.0 };
+    let answer = answered(BELIEVED, &motion, &|_, v| 6.0 * (-(v / 0.02).powi(2)).exp() * (v / 1e-3).tanh());
+    let found = accepted(&answer);
+    let is_named = found.contains(&"stribeck-friction");
+    let is_alike = answer.look_alikes.iter().any(|alike| alike.contains(&Kind::StribeckFriction));
+    assert!(is_named || is_alike && answer.verdict != Verdict::Explained, "{}", told(&answer));
+}
+
+/// Friction is 13 N in one direction and 7 N in the other: the same as 10 N beside a load of 3 N.
+#[test]
+fn truth_friction_that_differs_by_direction_is_declared_alike_to_friction_beside_a_load() {
+    let motion = Motion { size: 1.0, command_noise: 0.3, friction: 10.0 };
+    let answer = answered(BELIEVED, &motion, &|_, _| 3.0);
+    let found = accepted(&answer);
+    assert!(found == ["asymmetric-friction"] || found.len() == 2, "{}", told(&answer));
+    assert_ne!(answer.verdict, Verdict::Explained, "{}", told(&answer));
+    let is_alike = answer.look_alikes.iter().any(|alike| alike.contains(&Kind::AsymmetricFriction));
+    assert!(is_alike, "{}", told(&answer));
 }
 
 /// Each horizon is scored on the check records that are long enough for it.

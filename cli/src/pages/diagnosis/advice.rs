@@ -2,6 +2,7 @@
 
 use feeler_diagnosis::apart;
 use feeler_diagnosis::report::{Cause, Diagnosis, MOST_ODDS, Verdict};
+use feeler_plant::effects::Kind;
 use serde::Serialize;
 
 use super::adequacy;
@@ -97,6 +98,16 @@ fn longer(diagnosis: &Diagnosis) -> Option<String> {
     Some(format!("{longer} {why}"))
 }
 
+/// The step for a gain of a drive: wrong units of its column are the same.
+fn as_unit(diagnosis: &Diagnosis) -> Option<String> {
+    let gain = diagnosis.effects.iter().find(|effect| effect.accepted && effect.kind == Kind::DriveGain)?;
+    Some(format!(
+        "First check the unit of the command of {}: a current in place of a force or torque shows as the same \
+         gain.",
+        gain.on
+    ))
+}
+
 /// Recommendations for the machine.
 fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
     let table = diagnosis.table.as_ref().map(|table| {
@@ -120,7 +131,7 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
                 )
             };
             let simulate = "Simulate with the repaired machine.toml.".to_owned();
-            return std::iter::once(simulate).chain(found.map(inspect)).collect();
+            return std::iter::once(simulate).chain(found.map(inspect)).chain(as_unit(diagnosis)).collect();
         }
         // Before the longer search nothing else is worth doing.
         Verdict::UnknownCause if diagnosis.adequacy.has_untried() => return table.into_iter().collect(),

@@ -43,7 +43,9 @@ fn cause(diagnosis: &Diagnosis) -> String {
                 format!("{found} explain{s} the gap beside a believed value at the limit of its tolerance.")
             }
             None if is_only_early(diagnosis) => {
-                format!("{found} explain{s} the gap, but the time ended before all causes were tried.")
+                format!(
+                    "{found} explain{s} the gap, but the time ended before all causes were tried to the end."
+                )
             }
             None => format!(
                 "{found} explain{s} the gap, but these records cannot separate the cause from its rivals."
@@ -65,7 +67,7 @@ fn cause(diagnosis: &Diagnosis) -> String {
         Verdict::UnknownCause if diagnosis.adequacy.has_untried() => {
             format!(
                 "{found} {comes} nearest so far, but {leaves} more than noise at the {place}: the time ended \
-                 before all causes were tried."
+                 before all causes were tried to the end."
             )
         }
         Verdict::UnknownCause => {

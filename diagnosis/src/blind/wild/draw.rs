@@ -16,6 +16,9 @@ const NOTHING: [usize; 2] = [3, 13];
 const PAIRS: [usize; 4] = [5, 9, 15, 18];
 const NO_LIBRARY: [usize; 5] = [1, 7, 11, 16, 19];
 
+/// Step through the kinds that are hidden alone: a prime that divides no number of them.
+const STEP: usize = 7;
+
 /// Largest relative error of a believed mass.
 const MASS_OFF: f64 = 0.05;
 /// An answer may name a believed friction level or damping that is off by more than this factor.
@@ -47,7 +50,7 @@ pub(super) struct Believed {
 /// answer can name it.
 pub(super) fn draw(index: usize, random: &mut Random, is_known: &dyn Fn(&str) -> bool) -> Drawn {
     let mut conditions = draw_conditions(random);
-    let recipes = recipes(index, conditions.is_rotational, random);
+    let recipes = recipes(index, conditions.is_rotational, is_known, random);
     let hides = |kind: &str| recipes.iter().any(|recipe| recipe.kind == kind);
     // Gravity that the machine file does not state would be a second hidden effect.
     if !is_known("gravity") || hides("gravity") {
@@ -104,7 +107,12 @@ fn allowed(conditions: &Conditions) -> Vec<String> {
 }
 
 /// The effects hidden in case `index`.
-fn recipes(index: usize, is_rotational: bool, random: &mut Random) -> Vec<&'static Recipe> {
+fn recipes(
+    index: usize,
+    is_rotational: bool,
+    is_known: &dyn Fn(&str) -> bool,
+    random: &mut Random,
+) -> Vec<&'static Recipe> {
     let (round, at) = (index / TURN, index % TURN);
     let nth = |turns: &[usize]| round * turns.len() + turns.iter().filter(|turn| **turn < at).count();
     if NOTHING.contains(&at) {
@@ -114,17 +122,18 @@ fn recipes(index: usize, is_rotational: bool, random: &mut Random) -> Vec<&'stat
         let kind = BESIDE_FRICTION[random.pick(BESIDE_FRICTION.len())];
         return std::iter::once(&COULOMB).chain(SINGLE.iter().find(|recipe| recipe.kind == kind)).collect();
     }
-    if NO_LIBRARY.contains(&at) {
-        let fits: Vec<&Recipe> =
-            BEYOND.iter().filter(|recipe| is_rotational || !recipe.only_rotational).collect();
-        return vec![fits[nth(&NO_LIBRARY) % fits.len()]];
+    let fits = BEYOND.iter().filter(|recipe| is_rotational || !recipe.only_rotational);
+    let (known, beyond): (Vec<&Recipe>, Vec<&Recipe>) = fits.partition(|recipe| is_known(recipe.kind));
+    if NO_LIBRARY.contains(&at) && !beyond.is_empty() {
+        return vec![beyond[nth(&NO_LIBRARY) % beyond.len()]];
     }
+    let single: Vec<&Recipe> = SINGLE.iter().chain(known).collect();
     let others = [NOTHING.as_slice(), &PAIRS, &NO_LIBRARY]
         .map(|turns| turns.iter().filter(|turn| **turn < at).count());
     let singles = TURN - NOTHING.len() - PAIRS.len() - NO_LIBRARY.len();
     let which = round * singles + at - others.iter().sum::<usize>();
     // A step coprime to the number of kinds reaches all of them.
-    vec![&SINGLE[which * 5 % SINGLE.len()]]
+    vec![single[which * STEP % single.len()]]
 }
 
 /// The axis without hidden effects, and the magnitudes of its motion.

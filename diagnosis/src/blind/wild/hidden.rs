@@ -123,7 +123,7 @@ fn joint(axis: &Axis, stiffness: f64, play: f64) -> Joint {
     Joint { stiffness, damping: 0.2 * (stiffness * reduced).sqrt(), play }
 }
 
-/// Kinds that the library lacked when this bench was made. The caller knows which it has now.
+/// Kinds that the library lacks, or lacked when this bench was made. The caller knows which it has now.
 pub(super) const BEYOND: &[Recipe] = &[
     Recipe {
         only_rotational: true,
@@ -135,6 +135,10 @@ pub(super) const BEYOND: &[Recipe] = &[
     },
     recipe("sagging-drive", "drive", |axis, sizes, random| {
         axis.drive.sag = random.between(0.25, 0.5) / sizes.command;
+        Vec::new()
+    }),
+    recipe("fading-drive", "drive", |axis, sizes, random| {
+        axis.drive.fading = random.between(0.3, 0.6) / sizes.speed();
         Vec::new()
     }),
     recipe("directional-damping", "guide", |axis, _, random| {
@@ -159,6 +163,10 @@ pub(super) const BEYOND: &[Recipe] = &[
     recipe("tight-spot", "guide", |axis, sizes, random| {
         let centre = sizes.amplitude * random.between(-0.3, 0.3);
         axis.friction.tight_spot = Some([random.between(0.6, 1.5), centre, 0.15 * sizes.amplitude]);
+        Vec::new()
+    }),
+    recipe("wavy-friction", "guide", |axis, sizes, random| {
+        axis.friction.wave = Some([random.between(0.3, 0.7), sizes.amplitude / random.between(1.0, 4.0)]);
         Vec::new()
     }),
     recipe("hard-stop", "guide", |axis, sizes, random| {

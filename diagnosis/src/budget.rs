@@ -31,9 +31,9 @@ impl Stage {
     fn ends_at(self) -> f64 {
         match self {
             Self::Calibrate => 0.15,
-            Self::Screen => 0.5,
-            Self::Fit => 0.65,
-            Self::Compose => 0.8,
+            Self::Screen => 0.6,
+            Self::Fit => 0.75,
+            Self::Compose => 0.88,
         }
     }
 }

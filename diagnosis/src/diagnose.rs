@@ -276,6 +276,10 @@ impl<'a> Composing<'a> {
             return;
         }
         let judge = &self.judge;
+        if self.budget.is_over(Stage::Fit) {
+            self.attempts.unfinished.push(self.accepted.causes.clone());
+            return;
+        }
         self.accepted = judge.simplified(self.accepted.clone());
         let exchanged = judge.exchanged(&self.accepted);
         self.attempts.fitted.extend(exchanged.iter().cloned());

@@ -1,7 +1,7 @@
 //! The causes of an answer: how probable each is, its values, and which causes look alike.
 
 use feeler_plant::description::ElementKind;
-use feeler_plant::effects::{Kind, LIBRARY, Parameter, Scale};
+use feeler_plant::effects::{ABOVE_ZERO, Kind, LIBRARY, Parameter, Scale};
 use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
@@ -272,6 +272,8 @@ impl Judge<'_> {
 /// An interval about a value, within the range of its parameter.
 fn within(parameter: &Parameter, value: f64, half: f64) -> [f64; 2] {
     let (low, high) = parameter.bounds;
+    // Readers expect zero where a range excludes only that.
+    let low = if low <= ABOVE_ZERO { low.min(0.0) } else { low };
     [(value - half).max(low.min(value)), (value + half).min(high.max(value))]
 }
 

@@ -138,7 +138,13 @@ impl Task<'_> {
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = theta.len();
         let base = self.predict(model, theta, r)?;
-        let moved: Vec<Option<(Prediction, f64)>> = (0..n).map(|i| self.moved(model, theta, i, r)).collect();
+        // Slow predictions would take the time of several steps after its end.
+        let is_in_time = |_: &usize| !self.budget.is_over(Stage::Compose);
+        let moved: Vec<Option<(Prediction, f64)>> =
+            (0..n).take_while(is_in_time).map(|i| self.moved(model, theta, i, r)).collect();
+        if moved.len() < n {
+            return None;
+        }
         let mut a = DMatrix::zeros(n, n);
         let mut b = DVector::zeros(n);
         for c in 0..self.dataset.channels.len() {

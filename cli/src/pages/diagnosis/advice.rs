@@ -102,8 +102,8 @@ fn longer(diagnosis: &Diagnosis) -> Option<String> {
 fn as_unit(diagnosis: &Diagnosis) -> Option<String> {
     let gain = diagnosis.effects.iter().find(|effect| effect.accepted && effect.kind == Kind::DriveGain)?;
     Some(format!(
-        "First check the unit of the command of {}: a current in place of a force or torque shows as the same \
-         gain.",
+        "First check the unit of the command of {}: a current in place of a force or torque shows as the \
+         same gain.",
         gain.on
     ))
 }

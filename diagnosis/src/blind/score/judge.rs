@@ -8,6 +8,8 @@ use super::answered::{Answered, AnsweredEffect, CaseScore, NOTHING, ScoredValue,
 const MOST_ALIKE: usize = 3;
 /// Parameter that is not scored, because angles must be compared on the circle.
 const UNSCORED: &str = "phase";
+/// Place of all believed values that an answer may name.
+const BELIEVED_AT: &str = "guide";
 /// Verdicts that claim no effect.
 const QUIET: [&str; 2] = ["no-gap", "not-identifiable"];
 
@@ -54,8 +56,18 @@ impl<'a> Judged<'a> {
         self.accepted.iter().map(|effect| effect.kind.as_str()).collect()
     }
 
+    /// Whether the first place is that of a hidden effect. The place of a believed value that is off may come
+    /// before it, if the answer names that value.
     pub(super) fn place_is(&self, hidden: &HiddenEffect) -> bool {
-        self.answer.places.first() == Some(&hidden.place)
+        let names_belief = self.answer.effects.iter().any(|effect| {
+            effect.accepted && effect.kind != hidden.kind && self.case.allowed.contains(&effect.kind)
+        });
+        let mut places = self.answer.places.iter();
+        let first = places.next();
+        first == Some(&hidden.place)
+            || names_belief
+                && first.is_some_and(|place| place == BELIEVED_AT)
+                && places.next() == Some(&hidden.place)
     }
 
     /// Whether the answer is right by the measure for the hidden effects.

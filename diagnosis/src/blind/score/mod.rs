@@ -183,6 +183,32 @@ mod tests {
     }
 
     #[test]
+    fn truth_the_place_of_a_named_belief_may_come_first() {
+        let gain = |case: &str| {
+            let mut gain = hidden(case, &["drive-gain"], false);
+            gain.allowed = vec!["viscous-friction".into()];
+            gain.effects[0].place = "drive".into();
+            gain
+        };
+        let at = |places: &[&str], answer: Answered| Answered {
+            places: places.iter().map(ToString::to_string).collect(),
+            ..answer
+        };
+        let both = ["drive-gain", "viscous-friction"];
+        for (places, kinds, expected) in [
+            (["guide", "drive"], both.as_slice(), 1.0),
+            (["guide", "drive"], &both[..1], 0.0),
+            (["guide", "transmission"], &both, 0.0),
+            (["transmission", "drive"], &both, 0.0),
+        ] {
+            let answers = [at(&places, answered("a", "explained", kinds))];
+            let score = score(&[gain("a")], &answers, &BTreeMap::new());
+            let found = value(&score, "place right");
+            assert!((found - expected).abs() < f64::EPSILON, "{places:?} {kinds:?}: {found}");
+        }
+    }
+
+    #[test]
     fn truth_the_regression_is_counted_beside_and_says_what_cannot_be_decided() {
         let truth = [
             hidden("a", &["coulomb-friction"], false),

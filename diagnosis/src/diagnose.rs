@@ -27,7 +27,8 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     diagnose_within(dataset, Budget::unlimited(), progress)
 }
 
-/// Diagnoses within a time budget. Returns the best answer found, with the causes that were not tried.
+/// Diagnoses within a time budget. Returns the best answer found, with the causes that were not tried, or not
+/// fitted to the end.
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -104,6 +105,7 @@ impl<'a> Composing<'a> {
             silent: found.silent.iter().map(|candidate| vec![*candidate]).collect(),
             untried: found.untried.iter().map(|candidate| vec![*candidate]).collect(),
             unfinished: found.unfinished.iter().map(|candidate| vec![*candidate]).collect(),
+            is_cut: false,
         };
         let mut accepted = found.calibrated.clone();
         let mut rivals: Vec<Scored> = Vec::new();
@@ -224,11 +226,9 @@ impl<'a> Composing<'a> {
     /// evidence. `false` if there is none.
     fn try_pairs(&mut self) -> bool {
         let judge = &self.judge;
-        let pairs = judge.proposed_pairs();
+        let (pairs, are_all) = judge.proposed_pairs();
         self.attempts.fitted.extend(pairs.iter().cloned());
-        if judge.weight > 0.0 && self.budget.is_over(Stage::Screen) && judge.has_room(&self.accepted) {
-            self.attempts.unfinished.push(self.accepted.causes.clone());
-        }
+        self.attempts.is_cut |= !are_all && judge.has_room(&self.accepted);
         let calibrated = &judge.search.calibrated;
         let is_better =
             |pair: &&Scored| judge.check(calibrated, pair) > ACCEPT && judge.outweighs(pair, &self.accepted);
@@ -269,15 +269,15 @@ impl<'a> Composing<'a> {
         }
     }
 
-    /// If there are several causes, replaces a law by a simpler one that it contains, and exchanges single
-    /// causes for others.
+    /// If there are several causes and time is left, replaces a law by a simpler one that it contains, and
+    /// exchanges single causes for others.
     fn simplify(&mut self) {
         if self.accepted.causes.len() < 2 {
             return;
         }
         let judge = &self.judge;
         if self.budget.is_over(Stage::Fit) {
-            self.attempts.unfinished.push(self.accepted.causes.clone());
+            self.attempts.is_cut = true;
             return;
         }
         self.accepted = judge.simplified(self.accepted.clone());
@@ -394,6 +394,7 @@ mod tests {
                     silent: Vec::new(),
                     untried: Vec::new(),
                     unfinished: Vec::new(),
+                    is_cut: false,
                 };
                 let budget = found.task.budget;
                 let mut composing = Composing { judge, budget, accepted, rivals: Vec::new(), attempts };

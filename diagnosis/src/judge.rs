@@ -46,8 +46,10 @@ pub(crate) struct Attempts {
     pub(crate) silent: Vec<Vec<Candidate>>,
     /// Sets that were not tried, because the time ran out before the last of their causes.
     pub(crate) untried: Vec<Vec<Candidate>>,
-    /// Sets whose fits or comparison the end of the time cut short.
+    /// Sets whose fits the end of the time cut short.
     pub(crate) unfinished: Vec<Vec<Candidate>>,
+    /// Whether the end of the time left pairs or exchanges untried.
+    pub(crate) is_cut: bool,
 }
 
 /// Evidence required of a further cause, nats.

@@ -35,10 +35,12 @@ fn is_simpler(pair: &[Candidate; 2], other: &[Candidate; 2]) -> bool {
 
 impl Judge<'_> {
     /// Fits the pairs of causes that a balance of forces proposes. These gain more in the balance than any
-    /// single cause. The best fit comes first.
-    pub(crate) fn proposed_pairs(&self) -> Vec<Scored> {
+    /// single cause. The best fit comes first. Also returns whether the time sufficed to weigh all pairs.
+    pub(crate) fn proposed_pairs(&self) -> (Vec<Scored>, bool) {
         let task = &self.search.task;
-        let Some(inverse) = task.inverse.as_ref().filter(|_| self.weight > 0.0) else { return Vec::new() };
+        let Some(inverse) = task.inverse.as_ref().filter(|_| self.weight > 0.0) else {
+            return (Vec::new(), true);
+        };
         let all = candidates(&self.dataset.machine);
         let singles: Vec<(Candidate, f64)> = all
             .par_iter()
@@ -56,6 +58,7 @@ impl Judge<'_> {
             .filter_map(|pair| Some((pair, inverse.weigh(&pair)?)))
             .filter(|(_, balanced)| balanced.nats > best + WORTH_FITTING)
             .collect();
+        let is_in_time = !task.budget.is_over(Stage::Screen);
         proposed.sort_by(|a, b| b.1.nats.total_cmp(&a.1.nats));
         let is_needed = |(pair, balanced): &&([Candidate; 2], Balanced)| {
             !proposed.iter().any(|(simpler, other)| {
@@ -77,7 +80,7 @@ impl Judge<'_> {
         let mut fitted: Vec<Scored> = proposed.into_par_iter().map(fit).collect();
         fitted.retain(|pair| self.is_finding(pair) && self.all(pair).is_finite());
         fitted.sort_by(|a, b| self.all(b).total_cmp(&self.all(a)));
-        fitted
+        (fitted, is_in_time)
     }
 
     /// Fits the accepted causes with one of them exchanged. The new cause is a known look-alike, or is nearly

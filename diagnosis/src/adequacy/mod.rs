@@ -50,7 +50,7 @@ pub enum Condition {
     Tolerance,
     /// No other place predicts the check experiments as well.
     Rivals,
-    /// Every cause was tried.
+    /// Every cause was tried and fitted to the end.
     Tried,
     /// The records do not contradict each other or the machine in units, signs or clocks.
     Records,
@@ -118,7 +118,7 @@ impl Adequacy {
         self.shortfalls.iter().any(|shortfall| shortfall.condition == condition)
     }
 
-    /// Whether causes were left untried because the time ran out.
+    /// Whether causes were left untried, or not fitted to the end, because the time ran out.
     pub fn has_untried(&self) -> bool {
         self.fails(Condition::Tried)
     }
@@ -183,11 +183,12 @@ impl Adequacy {
         self.shortfalls.push(Shortfall { condition, what });
     }
 
-    /// Reports that the time did not suffice for some causes, any of which may fit as well.
-    pub(crate) fn add_untried(&mut self, untried: usize, unfinished: usize) {
-        let what = match (untried, unfinished) {
-            (0, 0) => return,
-            (0, _) => {
+    /// Reports that the time did not suffice for some causes, or to fit all to the end. Any of them may fit
+    /// as well.
+    pub(crate) fn add_untried(&mut self, untried: usize, is_unfinished: bool) {
+        let what = match (untried, is_unfinished) {
+            (0, false) => return,
+            (0, true) => {
                 "the time ran out before all causes were fitted to the end; a longer `--budget` finishes them"
                     .into()
             }

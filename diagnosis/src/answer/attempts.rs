@@ -35,7 +35,8 @@ impl Judge<'_> {
         let (gain_check, gain_all) = (self.check(&self.search.calibrated, scored), self.all(scored));
         let best = self.all(accepted);
         let is_unfinished = |causes: &Vec<Candidate>| {
-            causes.len() == scored.causes.len() && causes.iter().zip(&scored.causes).all(|(a, b)| a.is(b))
+            causes.len() == scored.causes.len()
+                && causes.iter().all(|cause| scored.causes.iter().any(|own| own.is(cause)))
         };
         let why = if scored.is_same(accepted) {
             AttemptOutcome::Accepted

@@ -132,7 +132,10 @@ impl Judge<'_> {
         let sigma = self.deviations(accepted);
         let reach = |i: &usize| self.reach_of_null(accepted, *i, &sigma).unwrap_or(0.0);
         let all = 0..accepted.causes.len();
-        all.max_by(|a, b| reach(a).total_cmp(&reach(b))).filter(|i| reach(i) > 1.0)
+        // A fit without time for a step knows no deviations.
+        let is_late = self.search.task.budget.is_over(Stage::Compose);
+        let is_known = |i: &usize| !is_late || reach(i).is_finite();
+        all.filter(is_known).max_by(|a, b| reach(a).total_cmp(&reach(b))).filter(|i| reach(i) > 1.0)
     }
 
     /// Whether the interval of the size of cause `i` includes that of an absent cause. Evidence counts many
@@ -272,7 +275,7 @@ impl Judge<'_> {
 /// An interval about a value, within the range of its parameter.
 fn within(parameter: &Parameter, value: f64, half: f64) -> [f64; 2] {
     let (low, high) = parameter.bounds;
-    // Readers expect zero where a range excludes only that.
+    // Zero, not the smallest number, ends the interval of a value that must be positive.
     let low = if low <= ABOVE_ZERO { low.min(0.0) } else { low };
     [(value - half).max(low.min(value)), (value + half).min(high.max(value))]
 }

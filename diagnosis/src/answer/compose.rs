@@ -104,8 +104,9 @@ impl Judge<'_> {
         }
         adequacy.add_rivals(self.maybe_absent(accepted, sigma));
         // After the end of composing every fit stops at its start.
-        let is_late = self.search.task.budget.is_over(Stage::Compose);
-        adequacy.add_untried(attempts.untried.len(), attempts.unfinished.len() + usize::from(is_late));
+        let is_late = self.search.task.budget.is_over(Stage::Compose) && !attempts.fitted.is_empty();
+        let is_unfinished = is_late || attempts.is_cut || !attempts.unfinished.is_empty();
+        adequacy.add_untried(attempts.untried.len(), is_unfinished);
         if self.dataset.warnings.iter().any(|fault| fault.kind.is_contradiction()) {
             adequacy.add_contradiction();
         }

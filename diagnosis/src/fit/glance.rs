@@ -70,19 +70,28 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
     glance
 }
 
-/// Positions of the first drive at each row of a record: the predicted ones, corrected by the residual of the
-/// first encoder. A machine that lacks a stop is predicted far beyond it.
+/// Positions of the first drive at each row of a record: the predicted ones, corrected by the residual of an
+/// encoder on what it moves rigidly. A machine that lacks a stop is predicted far beyond it.
 fn positions(dataset: &Dataset, scored: &Scored, record: usize, prediction: &Prediction) -> Vec<f64> {
     let record = &dataset.records[record];
-    let is_read = |c: &usize| {
-        dataset.channels[*c].quantity(&dataset.machine) == Quantity::Position && !record.silent[*c]
-    };
-    let encoder = (0..dataset.channels.len()).find(is_read).and_then(|c| {
+    let encoder = || {
         let assembly = scored.fitted.model.assembly(&scored.fitted.theta, record.engagement)?;
+        let on = assembly.drives[dataset.drives.first()?.drive].on;
+        let moved = assembly.reached(vec![on], &[], |link| link.rigid);
+        let is_read = |c: &usize| {
+            let Source::Sensor(sensor) = dataset.channels[*c].source else { return false };
+            let reads = &dataset.machine.sensors[sensor].reads;
+            let body = dataset.machine.bodies.get_index_of(&reads.element);
+            // Node 0 is the ground.
+            reads.quantity == Quantity::Position
+                && !record.silent[*c]
+                && body.is_some_and(|body| moved.contains(&(body + 1)))
+        };
+        let c = (0..dataset.channels.len()).find(is_read)?;
         Some((record.residual(c, &prediction.series[c]), dataset.channels[c].scale(&assembly).0))
-    });
+    };
     let rows = prediction.stroke.iter().map(|stroke| stroke[0]);
-    match encoder {
+    match encoder() {
         Some((residual, gain)) => rows.zip(residual).map(|(x, residual)| x + residual / gain).collect(),
         None => rows.collect(),
     }

@@ -128,7 +128,7 @@ impl Task<'_> {
     }
 
     /// Normal equations of one record: `J^T W J`, `J^T W r`. `still` is a direction in the unknowns that
-    /// changes no measured signal; empty if there is none.
+    /// changes no measured signal; empty if there is none. `None` also if the time is over.
     fn normal(
         &self,
         model: &Model,
@@ -138,7 +138,8 @@ impl Task<'_> {
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = theta.len();
         let base = self.predict(model, theta, r)?;
-        // Slow predictions would take the time of several steps after its end.
+        // A step predicts once for each unknown. If predictions are slow, a step that begins in time would
+        // end long after the budget.
         let is_in_time = |_: &usize| !self.budget.is_over(Stage::Compose);
         let moved: Vec<Option<(Prediction, f64)>> =
             (0..n).take_while(is_in_time).map(|i| self.moved(model, theta, i, r)).collect();

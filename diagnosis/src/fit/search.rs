@@ -196,7 +196,7 @@ pub(crate) struct Extended {
     pub(crate) silent: Vec<Candidate>,
     /// Candidates that were not tried because the time ran out.
     pub(crate) untried: Vec<Candidate>,
-    /// Candidates that the end of the time cut short, although their fits still gained.
+    /// Candidates whose fits the end of the time cut short.
     pub(crate) unfinished: Vec<Candidate>,
 }
 
@@ -230,12 +230,16 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     };
     let is_late = || task.budget.is_over(Stage::Screen);
     let beside = |candidate: Candidate| base.causes.iter().copied().chain([candidate]).collect::<Vec<_>>();
+    let cut = Cut::default();
     let begin = |&candidate: &Candidate| {
         if is_late() {
             return (candidate, true, None);
         }
         let balanced = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&beside(candidate)));
         let begun = screen(task, &linearised, base, candidate, balanced.as_ref(), glance);
+        if begun.is_some() && is_late() {
+            cut.note(candidate);
+        }
         (candidate, begun.is_none() && is_late(), begun.map(|begun| (begun, balanced)))
     };
     let begun: Vec<(Candidate, bool, Option<Begun>)> = all.par_iter().map(begin).collect();
@@ -253,9 +257,12 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         begun.fitted.cost - STILL_TO_GAIN * begun.gain < base.fitted.cost - WORTH_FITTING
             && (decline(&begun.fitted) > PROMISING * steepest || begun.fitted.cost > base.fitted.cost)
     };
-    let cut = Cut::default();
     let go_on = |(candidate, (begun, balanced)): (Candidate, Begun)| {
-        let further = if goes_on(&begun) && cut.is_in_time(candidate, !is_late()) {
+        let is_worth = goes_on(&begun);
+        let further = if is_worth && is_late() {
+            cut.note(candidate);
+            None
+        } else if is_worth {
             let mut start = begun.fitted.theta.clone();
             start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
             let further = linearised.screen(&begun.fitted.model, &start, SCREENING_STEPS - FIRST_STEPS);
@@ -289,7 +296,7 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     let mut fits: Vec<Scored> = chosen
         .into_par_iter()
         .map(|(candidate, fitted)| {
-            let is_in_time = cut.is_in_time(candidate, !task.budget.is_over(Stage::Fit));
+            let is_in_time = cut.judge(candidate, task.budget);
             with(candidate, if is_in_time { task.fit(&fitted.model, &fitted.theta, STEPS) } else { fitted })
         })
         .collect();
@@ -300,18 +307,25 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     Extended { fits, others, silent, untried, unfinished: cut.0.into_inner().unwrap_or_default() }
 }
 
-/// Candidates whose fits were cut short, gathered over threads.
+/// Candidates whose fits the end of the time cut short, gathered over threads.
 #[derive(Default)]
 struct Cut(Mutex<Vec<Candidate>>);
 
 impl Cut {
-    /// Passes on whether there is time for a fit, and notes the candidate if not.
-    fn is_in_time(&self, candidate: Candidate, is_in_time: bool) -> bool {
-        if !is_in_time
-            && let Ok(mut cut) = self.0.lock()
-            && !cut.iter().any(|known| known.is(&candidate))
-        {
+    fn note(&self, candidate: Candidate) {
+        if let Ok(mut cut) = self.0.lock() {
             cut.push(candidate);
+        }
+    }
+
+    /// Whether there is time to fit a candidate to the end. Then it is no longer cut short.
+    fn judge(&self, candidate: Candidate, budget: Budget) -> bool {
+        let is_in_time = !budget.is_over(Stage::Fit);
+        if let Ok(mut cut) = self.0.lock() {
+            cut.retain(|known| !known.is(&candidate));
+            if !is_in_time {
+                cut.push(candidate);
+            }
         }
         is_in_time
     }
@@ -326,7 +340,7 @@ fn overlooked(task: &Task<'_>, base: &Scored, fits: &mut Vec<Scored>, others: &m
     let is_worth = |scored: &Scored| gained(scored) > (RIVAL * best).max(ACCEPT_ALL);
     let worth = others.iter().take(MOST_OVERLOOKED).take_while(|scored| is_worth(scored)).count();
     let again = |scored: Scored| match scored.causes.last() {
-        Some(last) if !cut.is_in_time(*last, !task.budget.is_over(Stage::Fit)) => scored,
+        Some(last) if !cut.judge(*last, task.budget) => scored,
         _ => finished(task, &scored),
     };
     let finished: Vec<Scored> =

@@ -1,5 +1,5 @@
-//! Wrong units and clocks in a column of the example dataset, in some experiments or in all. The tests check
-//! which column is named, and with which factor.
+//! Wrong units, signs and clocks in a column of the example dataset, in some experiments or in all. The
+//! tests check which column is named, and with which factor.
 
 use std::fs;
 use std::path::Path;

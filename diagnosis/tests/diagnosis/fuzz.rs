@@ -125,9 +125,11 @@ fn prop_short_records_of_any_rate_and_any_channels_get_an_answer_or_a_reason() {
 #[test]
 fn prop_records_of_some_seconds_get_an_answer_or_a_reason() {
     let mut draw = Draw(4);
-    for (rows, sensors, rate_hz) in [(400, 2, 20.0), (2500, 3, 500.0), (4000, 1, 10_000.0)] {
-        holds(&dataset(&mut draw, rows, sensors, rate_hz), Budget::of(Duration::from_secs(10)));
-    }
+    let sizes = [(400, 2, 20.0), (2500, 3, 500.0), (4000, 1, 10_000.0)];
+    let answered = sizes.map(|(rows, sensors, rate_hz)| {
+        holds(&dataset(&mut draw, rows, sensors, rate_hz), Budget::of(Duration::from_secs(10)))
+    });
+    assert!(answered.contains(&true));
 }
 
 /// Long version: `cargo test --release -p feeler-diagnosis --test diagnosis -- --ignored fuzz`.

@@ -25,6 +25,7 @@ impl Advice {
             steps.push("Diagnose again. Only if the corrected records agree, do what follows.".into());
         }
         steps.extend(longer(diagnosis));
+        steps.extend(as_unit(diagnosis));
         steps.extend(to_do(diagnosis));
         let mut remarks = adequacy::reasons(&diagnosis.adequacy);
         for [a, b] in &diagnosis.look_alikes {
@@ -98,8 +99,11 @@ fn longer(diagnosis: &Diagnosis) -> Option<String> {
     Some(format!("{longer} {why}"))
 }
 
-/// The step for a gain of a drive: wrong units of its column are the same.
+/// The step for a gain of a drive that may be true: wrong units of its column are the same.
 fn as_unit(diagnosis: &Diagnosis) -> Option<String> {
+    if !matches!(diagnosis.verdict, Verdict::Explained | Verdict::Ambiguous) {
+        return None;
+    }
     let gain = diagnosis.effects.iter().find(|effect| effect.accepted && effect.kind == Kind::DriveGain)?;
     Some(format!(
         "First check the unit of the command of {}: a current in place of a force or torque shows as the \
@@ -131,7 +135,7 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
                 )
             };
             let simulate = "Simulate with the repaired machine.toml.".to_owned();
-            return std::iter::once(simulate).chain(found.map(inspect)).chain(as_unit(diagnosis)).collect();
+            return std::iter::once(simulate).chain(found.map(inspect)).collect();
         }
         // Before the longer search nothing else is worth doing.
         Verdict::UnknownCause if diagnosis.adequacy.has_untried() => return table.into_iter().collect(),

@@ -52,14 +52,16 @@ fn cause(diagnosis: &Diagnosis) -> String {
             ),
         },
         Verdict::UnknownCause if found.is_empty() => {
-            let is_tried = |attempt: &&Attempt| !matches!(attempt.why, AttemptOutcome::NotTried);
+            let is_tried = |attempt: &&Attempt| {
+                !matches!(attempt.why, AttemptOutcome::NotTried | AttemptOutcome::Unfinished)
+            };
             let (tried, all) = (diagnosis.attempts.iter().filter(is_tried).count(), diagnosis.attempts.len());
             if tried == all {
                 format!("no cause of the library explains the gap, which points to the {place}.")
             } else {
                 format!(
                     "no cause that was tried explains the gap, which points to the {place}; {} of {all} \
-                     causes were not tried: the time ran out.",
+                     causes were not tried to the end: the time ran out.",
                     all - tried
                 )
             }

@@ -208,6 +208,15 @@ mod tests {
     }
 
     #[test]
+    fn truth_the_step_reaches_every_kind_that_is_hidden_alone() {
+        for is_rotational in [false, true] {
+            let fits = BEYOND.iter().filter(|recipe| is_rotational || !recipe.only_rotational);
+            let known = fits.filter(|recipe| is_in_library(recipe.kind)).count();
+            assert_ne!((SINGLE.len() + known) % STEP, 0, "{is_rotational}");
+        }
+    }
+
+    #[test]
     fn prop_friction_has_its_share_of_the_largest_command() {
         for seed in 0..200 {
             let drawn = draw(0, &mut Random::new(seed), &is_in_library);

@@ -15,8 +15,11 @@ const FILES: [&str; 6] =
     ["free-sines-1.csv", "free-sines-2.csv", "press-1.csv", "press-3.csv", "strokes-1.csv", "strokes-2.csv"];
 const PRESSES: [&str; 2] = ["press-1.csv", "press-3.csv"];
 
-/// A fault: file, column, and a function of the column's readings and the row that gives the faulty reading.
-type Fault<'a> = (&'a str, &'a str, fn(&[f64], usize) -> f64);
+/// The faulty reading of a row, from the column's readings.
+type Spoiling = fn(&[f64], usize) -> f64;
+
+/// A fault: file, column, and what happens to its readings.
+type Fault<'a> = (&'a str, &'a str, Spoiling);
 
 /// The files `kept` of the example, with faults.
 fn example(kept: &[&str], faults: &[Fault<'_>]) -> Dataset {
@@ -45,7 +48,7 @@ fn said(kept: &[&str], faults: &[Fault<'_>]) -> Vec<String> {
     example(kept, faults).warnings.iter().map(ToString::to_string).collect()
 }
 
-fn spoilt(text: &str, column: &str, fault: fn(&[f64], usize) -> f64) -> String {
+fn spoilt(text: &str, column: &str, fault: Spoiling) -> String {
     let mut rows: Vec<Vec<String>> =
         text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
     let at = rows[0].iter().position(|name| name == column).expect("the example is sound");
@@ -209,7 +212,7 @@ fn regress_columns_that_do_not_count_move_nothing() {
 /// The answer names the column, is not sure, and says that the records contradict each other.
 #[test]
 fn truth_a_wrong_sign_or_unit_of_a_column_leaves_no_sure_answer() {
-    let faults: [(&str, fn(&[f64], usize) -> f64); 3] =
+    let faults: [(&str, Spoiling); 3] =
         [("force_n", |v, k| -v[k]), ("encoder_m", |v, k| 1e3 * v[k]), ("command_n", |v, k| -v[k])];
     for (column, fault) in faults {
         let found = diagnose(&example(&FILES, &FILES.map(|file| (file, column, fault))), &|_| ()).unwrap();

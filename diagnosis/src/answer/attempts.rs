@@ -34,13 +34,9 @@ impl Judge<'_> {
     fn attempt(&self, scored: &Scored, accepted: &Scored, attempts: &Attempts) -> Attempt {
         let (gain_check, gain_all) = (self.check(&self.search.calibrated, scored), self.all(scored));
         let best = self.all(accepted);
-        let is_unfinished = |causes: &Vec<Candidate>| {
-            causes.len() == scored.causes.len()
-                && causes.iter().all(|cause| scored.causes.iter().any(|own| own.is(cause)))
-        };
         let why = if scored.is_same(accepted) {
             AttemptOutcome::Accepted
-        } else if attempts.unfinished.iter().any(is_unfinished) {
+        } else if attempts.unfinished.iter().any(|causes| scored.is_of(causes)) {
             AttemptOutcome::Unfinished
         } else if let Some(why) = self.no_departure(scored) {
             why

@@ -1,7 +1,7 @@
 //! The causes of an answer: how probable each is, its values, and which causes look alike.
 
 use feeler_plant::description::ElementKind;
-use feeler_plant::effects::{ABOVE_ZERO, Kind, LIBRARY, Parameter, Scale};
+use feeler_plant::effects::{Kind, LIBRARY, Scale};
 use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
@@ -257,7 +257,7 @@ impl Judge<'_> {
             let (value, half) = self.interval(scored, i, k, sigma);
             let dimension = candidate.definition.dimension_of(parameter, command);
             let unit = dimension.si_unit(rotational).into_owned();
-            let ci90 = within(parameter, value, half);
+            let ci90 = intervals::within(parameter, value, half);
             parameters.insert(parameter.name, Estimate { value, ci90, unit });
         }
         Cause {
@@ -270,14 +270,6 @@ impl Judge<'_> {
             accepted: false,
         }
     }
-}
-
-/// An interval about a value, within the range of its parameter.
-fn within(parameter: &Parameter, value: f64, half: f64) -> [f64; 2] {
-    let (low, high) = parameter.bounds;
-    // Zero, not the smallest number, ends the interval of a value that must be positive.
-    let low = if low <= ABOVE_ZERO { low.min(0.0) } else { low };
-    [(value - half).max(low.min(value)), (value + half).min(high.max(value))]
 }
 
 /// Extends intervals to further values of a cause.
@@ -302,7 +294,7 @@ fn covering(mut found: Cause, cause: &Candidate, near: &[&Scored]) -> Cause {
             let half = (0.5 * (high - low)).max((value - estimate.value).abs());
             // A value that was not fitted has no interval.
             if high > low && half.is_finite() {
-                estimate.ci90 = within(parameter, estimate.value, half);
+                estimate.ci90 = intervals::within(parameter, estimate.value, half);
             }
         }
     }

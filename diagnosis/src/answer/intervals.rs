@@ -1,4 +1,4 @@
-//! Additional uncertainty of fitted values beyond that from their residuals.
+//! Intervals of fitted values, and their uncertainty beyond that from residuals.
 //!
 //! The uncertainty from a fit is as valid as the model. For most laws it holds: in blind cases of
 //! `docs/diagnosis.md`, 9 of 10 values were within their intervals. Dry friction is different. No law of the
@@ -6,7 +6,7 @@
 //! friction, and other values fitted with them, have larger errors than the residuals show. These errors were
 //! measured on the same cases, and are added here.
 
-use feeler_plant::effects::Trait;
+use feeler_plant::effects::{ABOVE_ZERO, Parameter, Trait};
 
 use crate::fit::candidates::Candidate;
 use crate::kinds::dossier;
@@ -35,4 +35,12 @@ pub(super) fn widened(
         }
         _ => deviation,
     }
+}
+
+/// An interval about a value, within the range of its parameter.
+pub(super) fn within(parameter: &Parameter, value: f64, half: f64) -> [f64; 2] {
+    let (low, high) = parameter.bounds;
+    // Zero, not the smallest number, ends the interval of a value that must be positive.
+    let low = if low <= ABOVE_ZERO { low.min(0.0) } else { low };
+    [(value - half).max(low.min(value)), (value + half).min(high.max(value))]
 }

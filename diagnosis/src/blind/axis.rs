@@ -114,7 +114,7 @@ impl Axis {
     /// Moves by `step_s` under a command that has arrived at the drive.
     pub(super) fn step(&self, state: &mut State, command: f64, step_s: f64) {
         let [x, v] = state.motor;
-        let wanted = self.drive.force(command) * (1.0 - (self.drive.fading * v.abs()).min(0.9));
+        let wanted = self.drive.force(command) * kept(self.drive.fading * v.abs());
         state.drive += (wanted - state.drive) * (step_s / self.drive.lag_s.max(step_s));
         let ripple = self.drive.ripple.map_or(0.0, |[amplitude, pitch, phase]| {
             amplitude * (std::f64::consts::TAU * x / pitch + phase).sin()
@@ -185,11 +185,16 @@ impl Axis {
     }
 }
 
+/// Share of a force that remains after a loss of this share: a tenth at least.
+fn kept(lost: f64) -> f64 {
+    1.0 - lost.min(0.9)
+}
+
 impl Drive {
     /// The force of a command that has arrived, before the lag.
     fn force(&self, command: f64) -> f64 {
         let through = command - command.clamp(-self.deadband, self.deadband);
-        let made = through * self.gain * (1.0 - (self.sag * through.abs()).min(0.9));
+        let made = through * self.gain * kept(self.sag * through.abs());
         made.clamp(-self.limit, self.limit)
     }
 }

@@ -79,13 +79,9 @@ fn positions(dataset: &Dataset, scored: &Scored, record: usize, prediction: &Pre
         let on = assembly.drives[dataset.drives.first()?.drive].on;
         let moved = assembly.reached(vec![on], &[], |link| link.rigid);
         let is_read = |c: &usize| {
-            let Source::Sensor(sensor) = dataset.channels[*c].source else { return false };
-            let reads = &dataset.machine.sensors[sensor].reads;
-            let body = dataset.machine.bodies.get_index_of(&reads.element);
-            // Node 0 is the ground.
-            reads.quantity == Quantity::Position
+            let read = assembly.node_read(dataset.channels[*c].source);
+            read.is_some_and(|(node, _, quantity)| quantity == Quantity::Position && moved.contains(&node))
                 && !record.silent[*c]
-                && body.is_some_and(|body| moved.contains(&(body + 1)))
         };
         let c = (0..dataset.channels.len()).find(is_read)?;
         Some((record.residual(c, &prediction.series[c]), dataset.channels[c].scale(&assembly).0))

@@ -140,12 +140,10 @@ impl Task<'_> {
         let base = self.predict(model, theta, r)?;
         // A step predicts once for each unknown. If predictions are slow, a step that begins in time would
         // end long after the budget.
-        let is_in_time = |_: &usize| !self.budget.is_over(Stage::Compose);
-        let moved: Vec<Option<(Prediction, f64)>> =
-            (0..n).take_while(is_in_time).map(|i| self.moved(model, theta, i, r)).collect();
-        if moved.len() < n {
-            return None;
-        }
+        let is_in_time = || !self.budget.is_over(Stage::Compose);
+        let moved: Option<Vec<Option<(Prediction, f64)>>> =
+            (0..n).map(|i| is_in_time().then(|| self.moved(model, theta, i, r))).collect();
+        let moved = moved?;
         let mut a = DMatrix::zeros(n, n);
         let mut b = DVector::zeros(n);
         for c in 0..self.dataset.channels.len() {

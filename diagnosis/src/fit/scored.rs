@@ -42,6 +42,12 @@ impl Scored {
 
     /// Whether another set has the same causes.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        self.causes.len() == other.causes.len() && self.beyond(other).is_empty()
+        self.is_of(&other.causes)
+    }
+
+    /// Whether these are the causes of the set.
+    pub(crate) fn is_of(&self, causes: &[Candidate]) -> bool {
+        let is_one = |own: &Candidate| causes.iter().any(|cause| cause.is(own));
+        self.causes.len() == causes.len() && self.causes.iter().all(is_one)
     }
 }

@@ -100,13 +100,12 @@ pub(crate) fn search<'a>(
     let mut all = candidates(&dataset.machine);
     // Causes whose motion the sensors on both bodies of a spring show are tried before the time runs out.
     all.sort_by_key(|candidate| glance.elongation(host_of(candidate.site)).is_none());
-    if !has_room(&task, &calibrated) {
-        let seen = seen(&glance, dataset);
-        let (singles, others, untried, unfinished) = Default::default();
-        return Ok(Search { task, calibrated, singles, others, silent: all, untried, unfinished, seen });
-    }
-    progress("trying single causes");
-    let mut extended = extensions(&task, &calibrated, &all, &glance);
+    let mut extended = if has_room(&task, &calibrated) {
+        progress("trying single causes");
+        extensions(&task, &calibrated, &all, &glance)
+    } else {
+        Extended { silent: all.clone(), ..Extended::default() }
+    };
     // Every cause contains calibration. If the fit of a nearly zero cause is better, calibration had stopped
     // early.
     if let Some(better) = recalibrated(&task, &calibrated, &extended.fits) {
@@ -187,6 +186,7 @@ fn recalibrated(task: &Task<'_>, calibrated: &Scored, fits: &[Scored]) -> Option
 }
 
 /// The results of adding one effect, for every candidate.
+#[derive(Default)]
 pub(crate) struct Extended {
     /// Candidates that were fitted fully.
     pub(crate) fits: Vec<Scored>,
@@ -225,8 +225,7 @@ type Begun = (Screened, Option<Balanced>);
 /// every place, are fitted fully.
 pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Extended {
     let Some(linearised) = Linearised::new(task, &base.fitted) else {
-        let (fits, others, untried, unfinished) = Default::default();
-        return Extended { fits, others, silent: all.to_vec(), untried, unfinished };
+        return Extended { silent: all.to_vec(), ..Extended::default() };
     };
     let is_late = || task.budget.is_over(Stage::Screen);
     let beside = |candidate: Candidate| base.causes.iter().copied().chain([candidate]).collect::<Vec<_>>();
@@ -237,10 +236,9 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         }
         let balanced = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&beside(candidate)));
         let begun = screen(task, &linearised, base, candidate, balanced.as_ref(), glance);
-        if begun.is_some() && is_late() {
-            cut.note(candidate);
-        }
-        (candidate, begun.is_none() && is_late(), begun.map(|begun| (begun, balanced)))
+        let is_late = is_late();
+        cut.set(candidate, begun.is_some() && is_late);
+        (candidate, begun.is_none() && is_late, begun.map(|begun| (begun, balanced)))
     };
     let begun: Vec<(Candidate, bool, Option<Begun>)> = all.par_iter().map(begin).collect();
     let without = |late: bool| -> Vec<Candidate> {
@@ -259,10 +257,11 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     };
     let go_on = |(candidate, (begun, balanced)): (Candidate, Begun)| {
         let is_worth = goes_on(&begun);
-        let further = if is_worth && is_late() {
-            cut.note(candidate);
-            None
-        } else if is_worth {
+        let is_cut = is_worth && is_late();
+        if is_cut {
+            cut.set(candidate, true);
+        }
+        let further = if is_worth && !is_cut {
             let mut start = begun.fitted.theta.clone();
             start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
             let further = linearised.screen(&begun.fitted.model, &start, SCREENING_STEPS - FIRST_STEPS);
@@ -296,8 +295,9 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     let mut fits: Vec<Scored> = chosen
         .into_par_iter()
         .map(|(candidate, fitted)| {
-            let is_in_time = cut.judge(candidate, task.budget);
-            with(candidate, if is_in_time { task.fit(&fitted.model, &fitted.theta, STEPS) } else { fitted })
+            let is_late = task.budget.is_over(Stage::Fit);
+            cut.set(candidate, is_late);
+            with(candidate, if is_late { fitted } else { task.fit(&fitted.model, &fitted.theta, STEPS) })
         })
         .collect();
     overlooked(task, base, &mut fits, &mut others, &cut);
@@ -312,22 +312,11 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
 struct Cut(Mutex<Vec<Candidate>>);
 
 impl Cut {
-    fn note(&self, candidate: Candidate) {
-        if let Ok(mut cut) = self.0.lock() {
-            cut.push(candidate);
-        }
-    }
-
-    /// Whether there is time to fit a candidate to the end. Then it is no longer cut short.
-    fn judge(&self, candidate: Candidate, budget: Budget) -> bool {
-        let is_in_time = !budget.is_over(Stage::Fit);
+    fn set(&self, candidate: Candidate, is_cut: bool) {
         if let Ok(mut cut) = self.0.lock() {
             cut.retain(|known| !known.is(&candidate));
-            if !is_in_time {
-                cut.push(candidate);
-            }
+            cut.extend(is_cut.then_some(candidate));
         }
-        is_in_time
     }
 }
 
@@ -339,9 +328,10 @@ fn overlooked(task: &Task<'_>, base: &Scored, fits: &mut Vec<Scored>, others: &m
     others.sort_by(|a, b| gained(b).total_cmp(&gained(a)));
     let is_worth = |scored: &Scored| gained(scored) > (RIVAL * best).max(ACCEPT_ALL);
     let worth = others.iter().take(MOST_OVERLOOKED).take_while(|scored| is_worth(scored)).count();
-    let again = |scored: Scored| match scored.causes.last() {
-        Some(last) if !cut.judge(*last, task.budget) => scored,
-        _ => finished(task, &scored),
+    let again = |scored: Scored| {
+        let is_late = task.budget.is_over(Stage::Fit);
+        scored.causes.last().into_iter().for_each(|last| cut.set(*last, is_late));
+        if is_late { scored } else { finished(task, &scored) }
     };
     let finished: Vec<Scored> =
         others.drain(..worth).collect::<Vec<_>>().into_par_iter().map(again).collect();

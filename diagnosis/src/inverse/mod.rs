@@ -133,7 +133,7 @@ impl Inverse {
         let (weight, is_noisy) = (weight(dataset), is_noisy(dataset));
         // Known once the presliding distance is.
         let alone = Vec::new();
-        let changes = |rows: &Rows| rows.thin(&rows.rate(&rows.smooth)).iter().any(|rate| rate.abs() > 0.0);
+        let changes = |rows: &Rows| rows.thin(&rows.command_rate).iter().any(|rate| rate.abs() > 0.0);
         let is_shifted = is_sampled && fitted.iter().any(changes);
         let mut inverse =
             Self { base, fitted, checked, is_shifted, extent, from_s, span_s, weight, is_noisy, alone };
@@ -326,7 +326,7 @@ impl Inverse {
             (term.low, term.high) = (term.low / gain, term.high / gain);
         }
         if self.is_shifted {
-            let (series, late_s) = (rows.rate(&rows.smooth), rows.most_late_s());
+            let (series, late_s) = (rows.command_rate.clone(), rows.most_late_s());
             terms.push(Term { series, low: -late_s, high: late_s });
         }
         terms.extend(of_command);

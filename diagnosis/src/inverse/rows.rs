@@ -43,8 +43,9 @@ pub(super) struct Rows {
     /// otherwise clip the noise of a command that stays near it.
     command: Vec<f64>,
     measured_spacing_s: f64,
-    /// The low-passed command.
+    /// The low-passed command, and its rate.
     pub(super) smooth: Vec<f64>,
+    pub(super) command_rate: Vec<f64>,
     /// Low-passed speed and acceleration.
     pub(super) speed: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
@@ -91,6 +92,7 @@ impl Rows {
             kept,
             command: smoothed(&commands, LIGHT * corner_hz, measured_spacing_s),
             measured_spacing_s,
+            command_rate: slope(&smooth, spacing_s),
             smooth,
             position,
             direction: light_speed.iter().map(|v| v.signum()).collect(),

@@ -59,24 +59,24 @@ impl<'a> Judged<'a> {
     /// Whether the first place is that of a hidden effect. The place of a believed value that is off may come
     /// before it, if the answer names that value.
     pub(super) fn place_is(&self, hidden: &HiddenEffect) -> bool {
-        let names_belief = self.answer.effects.iter().any(|effect| {
-            effect.accepted && effect.kind != hidden.kind && self.case.allowed.contains(&effect.kind)
-        });
-        let mut places = self.answer.places.iter();
-        let first = places.next();
-        first == Some(&hidden.place)
-            || names_belief
-                && first.is_some_and(|place| place == BELIEVED_AT)
-                && places.next() == Some(&hidden.place)
+        let may_come_first = hidden.place != BELIEVED_AT && self.names_belief();
+        let mut places =
+            self.answer.places.iter().skip_while(|place| may_come_first && *place == BELIEVED_AT);
+        places.next() == Some(&hidden.place)
+    }
+
+    /// Whether the answer accepts a believed value that is off as a cause.
+    fn names_belief(&self) -> bool {
+        let is_belief = |kind: &String| self.case.allowed.contains(kind) && !hidden(self.case, kind);
+        self.answer.effects.iter().any(|effect| effect.accepted && is_belief(&effect.kind))
     }
 
     /// Whether the answer is right by the measure for the hidden effects.
     pub(super) fn is_right(&self) -> bool {
         match self.hides {
             Hides::Nothing => {
-                let names_beliefs =
-                    self.answer.effects.iter().any(|e| e.accepted && self.case.allowed.contains(&e.kind));
-                self.accepted.is_empty() && (names_beliefs || QUIET.contains(&self.answer.verdict.as_str()))
+                self.accepted.is_empty()
+                    && (self.names_belief() || QUIET.contains(&self.answer.verdict.as_str()))
             }
             Hides::NoLibrary(one) => self.is_unknown() && self.place_is(one),
             Hides::One(one) => self.alike().contains(&one.kind.as_str()),

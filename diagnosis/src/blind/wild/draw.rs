@@ -122,18 +122,25 @@ fn recipes(
         let kind = BESIDE_FRICTION[random.pick(BESIDE_FRICTION.len())];
         return std::iter::once(&COULOMB).chain(SINGLE.iter().find(|recipe| recipe.kind == kind)).collect();
     }
-    let fits = BEYOND.iter().filter(|recipe| is_rotational || !recipe.only_rotational);
-    let (known, beyond): (Vec<&Recipe>, Vec<&Recipe>) = fits.partition(|recipe| is_known(recipe.kind));
+    let (single, beyond) = alone(is_rotational, is_known);
     if NO_LIBRARY.contains(&at) && !beyond.is_empty() {
         return vec![beyond[nth(&NO_LIBRARY) % beyond.len()]];
     }
-    let single: Vec<&Recipe> = SINGLE.iter().chain(known).collect();
     let others = [NOTHING.as_slice(), &PAIRS, &NO_LIBRARY]
         .map(|turns| turns.iter().filter(|turn| **turn < at).count());
     let singles = TURN - NOTHING.len() - PAIRS.len() - NO_LIBRARY.len();
     let which = round * singles + at - others.iter().sum::<usize>();
-    // A step coprime to the number of kinds reaches all of them.
     vec![single[which * STEP % single.len()]]
+}
+
+/// The kinds that such an axis may hide alone: those of the library, and those outside it.
+fn alone(
+    is_rotational: bool,
+    is_known: &dyn Fn(&str) -> bool,
+) -> (Vec<&'static Recipe>, Vec<&'static Recipe>) {
+    let fits = BEYOND.iter().filter(|recipe| is_rotational || !recipe.only_rotational);
+    let (known, beyond): (Vec<_>, Vec<_>) = fits.partition(|recipe| is_known(recipe.kind));
+    (SINGLE.iter().chain(known).collect(), beyond)
 }
 
 /// The axis without hidden effects, and the magnitudes of its motion.
@@ -210,9 +217,8 @@ mod tests {
     #[test]
     fn truth_the_step_reaches_every_kind_that_is_hidden_alone() {
         for is_rotational in [false, true] {
-            let fits = BEYOND.iter().filter(|recipe| is_rotational || !recipe.only_rotational);
-            let known = fits.filter(|recipe| is_in_library(recipe.kind)).count();
-            assert_ne!((SINGLE.len() + known) % STEP, 0, "{is_rotational}");
+            let (single, _) = alone(is_rotational, &is_in_library);
+            assert_ne!(single.len() % STEP, 0, "{is_rotational}");
         }
     }
 

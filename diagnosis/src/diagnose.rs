@@ -292,7 +292,8 @@ impl<'a> Composing<'a> {
         let best = candidates.max_by(|a, b| judge.all(a).total_cmp(&judge.all(b))).cloned();
         self.rivals.extend(exchanged);
         if let Some(best) = best {
-            self.rivals.push(std::mem::replace(&mut self.accepted, best));
+            let simplified = judge.simplified(best.clone());
+            self.rivals.extend([std::mem::replace(&mut self.accepted, simplified), best]);
         }
     }
 }

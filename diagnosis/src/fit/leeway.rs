@@ -1,8 +1,14 @@
 //! Unknowns of a model beyond the values of its machine: presliding of guides, and the instants at which
 //! commands act.
 
-use feeler_plant::effects::{EffectUse, Kind, Trait};
+use std::f64::consts::TAU;
 
+use feeler_plant::assembly::assemble;
+use feeler_plant::description::{ElementKind, Site};
+use feeler_plant::effects::{Definition, EffectUse, Kind, Parameter, Trait};
+use feeler_plant::units::Dimension;
+
+use crate::fit::least_squares::Fitted;
 use crate::fit::model::{DIFFERENCE, Model};
 use crate::fit::unknown::{SIGMAS, Target, Unknown};
 use crate::predict::{Leeway, MOST_LATE_ROWS, Presliding};
@@ -19,6 +25,8 @@ const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];
 /// Deviations below the usual value to which presliding frequency and damping ratio are searched. A slow
 /// axis with much friction yields over a thousandth of its stroke: at 2 Hz or so.
 const PRESLIDING_BELOW: [f64; 2] = [3.0, 2.0];
+/// Deviations above the usual value to which both are searched.
+const PRESLIDING_ABOVE: f64 = 2.0;
 
 impl Model {
     /// Adds the unknown instant at which commands act, for commands without a stated hold. It is within half
@@ -36,7 +44,7 @@ impl Model {
     }
 
     /// Whether any element has dry friction and no stated presliding.
-    pub(super) fn has_free_presliding(&self) -> bool {
+    pub(crate) fn has_free_presliding(&self) -> bool {
         let is_dry = |effect: &EffectUse| effect.definition.has(Trait::DryFriction);
         let machine = &self.believed;
         machine.sites().any(|site| {
@@ -55,7 +63,7 @@ impl Model {
             (Target::PreslidingDamping, usual.damping_ratio, PRESLIDING_SPREAD[1], PRESLIDING_BELOW[1]),
         ] {
             let centre = value.ln();
-            let bounds = (centre - below * sigma, centre + 2.0 * sigma);
+            let bounds = (centre - below * sigma, centre + PRESLIDING_ABOVE * sigma);
             let prior = Some((centre, sigma));
             self.unknowns.push(Unknown {
                 target,
@@ -65,6 +73,28 @@ impl Model {
                 bounds,
                 difference: DIFFERENCE,
             });
+        }
+    }
+
+    /// Largest stiffness or damping of the bristles of a guide: that of the fastest presliding that is
+    /// searched. Records do not tell stiffer bristles apart, but each prediction would take far longer.
+    /// Infinite for other parameters.
+    pub(super) fn most_of_bristles(&self, site: Site, definition: &Definition, parameter: &Parameter) -> f64 {
+        if !definition.has(Trait::Bristles) || site.table != ElementKind::Springs {
+            return f64::INFINITY;
+        }
+        let Ok(assembly) = assemble(&self.believed) else { return f64::INFINITY };
+        let Some(link) = assembly.links.get(site.index) else { return f64::INFINITY };
+        let usual = Presliding::default();
+        let [hz, ratio] =
+            [(usual.frequency_hz, PRESLIDING_SPREAD[0]), (usual.damping_ratio, PRESLIDING_SPREAD[1])]
+                .map(|(usual, sigma)| usual * (PRESLIDING_ABOVE * sigma).exp());
+        let stiffness = assembly.sliding_mass_kg(link) * (TAU * hz).powi(2);
+        let fastest = feeler_plant::assembly::Presliding { stiffness, damping_ratio: ratio };
+        match parameter.dimension {
+            Dimension::STIFFNESS => stiffness,
+            Dimension::DAMPING => fastest.damping(assembly.sliding_mass_kg(link)),
+            _ => f64::INFINITY,
         }
     }
 
@@ -81,6 +111,28 @@ impl Model {
             start
         };
         [-STIFFER, 0.0, STIFFER].map(at).to_vec()
+    }
+
+    /// [`Self::stiffer`], and the start with guides that preslide as the bristles of another fit bend.
+    pub(crate) fn stiffer_or_as(&self, start: &[f64], other: &Fitted) -> Vec<Vec<f64>> {
+        self.stiffer(start).into_iter().chain(self.as_bristles(start, other)).collect()
+    }
+
+    fn as_bristles(&self, start: &[f64], other: &Fitted) -> Option<Vec<f64>> {
+        let assembly = other.model.assembly(&other.theta, None)?;
+        let (link, bristle) = assembly.links.iter().find_map(|link| Some((link, link.bristle?)))?;
+        let mass_kg = assembly.sliding_mass_kg(link);
+        let omega = (bristle.stiffness / mass_kg).sqrt();
+        let mut start = start.to_vec();
+        for (unknown, start) in self.unknowns.iter().zip(&mut start) {
+            let value = match unknown.target {
+                Target::PreslidingFrequency => omega / TAU,
+                Target::PreslidingDamping => bristle.damping / (2.0 * mass_kg * omega),
+                _ => continue,
+            };
+            *start = unknown.theta(value).clamp(unknown.bounds.0, unknown.bounds.1);
+        }
+        Some(start)
     }
 
     /// Whether commands act at the earliest or latest permitted instant.

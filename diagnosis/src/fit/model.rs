@@ -116,8 +116,8 @@ impl Model {
             let difference = if is_scaled { DIFFERENCE * size / unit } else { DIFFERENCE };
             let mut unknown = Unknown { target, log, unit, prior: None, bounds, difference };
             let floor = if log { size * NEXT_TO_NOTHING } else { parameter.bounds.0 };
-            unknown.bounds =
-                (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));
+            let most = self.most_of_bristles(site, definition, parameter).min(parameter.bounds.1);
+            unknown.bounds = (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(most));
             if let Some(spread) = dossier(definition.kind).read_off {
                 let read = unknown.theta(values[i]);
                 unknown.bounds = (read - spread, read + spread);

@@ -60,13 +60,17 @@ pub(crate) fn lower(
         for inner in inners {
             let Some(small) = inner.causes.last().filter(|small| small.site == big.site) else { continue };
             let from = nearest(big.definition.kind, small.definition.kind, &values);
+            // How bristles of the outer law bend is the presliding of the inner law.
             let begin = |values: &Vec<f64>| {
                 let model = base.with(small.site, small.definition, values);
                 let mut start = model.start();
                 model.take_over(&mut start, &outer.fitted.model, &outer.fitted.theta, last);
-                (task.cost(&model, &start), model, start)
+                let starts = model.stiffer_or_as(&start, &outer.fitted);
+                starts.into_iter().map(move |start| (model.clone(), start))
             };
-            let best = from.iter().map(begin).min_by(|a, b| a.0.total_cmp(&b.0));
+            let begun =
+                from.iter().flat_map(begin).map(|(model, start)| (task.cost(&model, &start), model, start));
+            let best = begun.min_by(|a, b| a.0.total_cmp(&b.0));
             // If an inner law costs more at this start than its own fit, that fit is fine. A law that is only
             // similar to the outer one must be refitted first, because the outer fit changed believed values
             // too.

@@ -367,6 +367,13 @@ fn screen(
         .filter(|(cost, ..)| cost.is_finite())
         .collect();
     begun.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // If the candidate makes a guide stick, how it preslides decides as much as the level.
+    let fresh = |model: &Model| model.has_free_presliding() && !base.fitted.model.has_free_presliding();
+    if let Some((_, model, start)) = begun.first().filter(|(_, model, _)| fresh(model)).cloned() {
+        let others = model.stiffer(&start).into_iter();
+        begun.extend(others.map(|start| (linearised.cost(&model, &start), model.clone(), start)));
+        begun.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
     let mut apart: Vec<&(f64, Model, Vec<f64>)> = Vec::new();
     for begin in &begun {
         let most = if begin.0 < base.fitted.cost { BEST_STARTS } else { POOR_STARTS };

@@ -130,17 +130,49 @@ impl Moving {
         let flow = &mut self.flows[state.flow];
         if flow.linear {
             flow.carry(span_s, &state.xi, &mut self.next)?;
-            let states = flow.states();
-            let guards = &self.next[states..];
-            if guards.iter().all(|guard| *guard >= 0.0) {
-                state.xi[..states].copy_from_slice(&self.next[..states]);
-                self.motion.join(&self.flows[state.flow].equations, &mut state.xi);
+            if self.arrives(state) {
+                return Ok(());
+            }
+        } else if !flow.has_sliding_bristles() && flow.checks_in(span_s) > 1 {
+            self.fill(state);
+            if self.average_once(state, span_s)? && self.arrives(state) {
+                self.fill(state);
                 return Ok(());
             }
         }
         let checks = self.flows[state.flow].checks_in(span_s);
         let part_s = span_s / checks as f64;
         (0..checks).try_for_each(|_| self.advance_through_events(state, part_s))
+    }
+
+    /// Takes over the states in `next`, unless a guard fires on the way.
+    #[inline(always)]
+    fn arrives(&mut self, state: &mut State) -> bool {
+        let flow = &self.flows[state.flow];
+        let (states, guards) = self.next.split_at(flow.states());
+        let arrives = guards.iter().all(|guard| *guard >= 0.0);
+        if arrives {
+            state.xi[..states.len()].copy_from_slice(states);
+            self.motion.join(&flow.equations, &mut state.xi);
+        }
+        arrives
+    }
+
+    /// Advances over a whole span into `next`, with nonlinear terms averaged once. Returns whether these are
+    /// even enough for that.
+    #[inline(always)]
+    fn average_once(&mut self, state: &State, span_s: f64) -> Result<bool, DiagnosisError> {
+        let flow = &mut self.flows[state.flow];
+        let states = flow.states();
+        flow.carry(span_s, &state.xi, &mut self.next)?;
+        self.probe.clone_from(&state.xi);
+        self.probe[..states].copy_from_slice(&self.next[..states]);
+        let mut from = state.xi.clone();
+        let is_even = self.motion.average_even_terms(&flow.equations, &mut from, &self.probe);
+        if is_even {
+            flow.carry(span_s, &from, &mut self.next)?;
+        }
+        Ok(is_even)
     }
 
     /// Advances the state by `span_s`, through the events on the way.

@@ -94,6 +94,20 @@ impl Motion {
         }
     }
 
+    /// Writes into `xi` the means of the nonlinear terms over a span that ends at `end`. They hold for longer
+    /// spans than [`Self::average_terms`]. Returns `false` if a term changes too unevenly.
+    pub fn average_even_terms(&self, equations: &Equations, xi: &mut [f64], end: &[f64]) -> bool {
+        let means =
+            self.terms.iter().zip(&equations.arguments).enumerate().filter_map(|(j, (term, arguments))| {
+                let rows = arguments.as_ref()?;
+                let [start, end] = [&*xi, end].map(|xi| rows.each_ref().map(|row| dot(row, xi)));
+                Some(term.even_mean(start, end).map(|mean| (j, mean)))
+            });
+        let Some(means) = means.collect::<Option<Vec<(usize, f64)>>>() else { return false };
+        means.into_iter().for_each(|(j, mean)| xi[self.layout.term(j)] = mean);
+        true
+    }
+
     /// The machine's numbers, with the sliding surfaces of guides that yield.
     pub fn assembly(&self) -> &Assembly {
         &self.assembly

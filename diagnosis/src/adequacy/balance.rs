@@ -7,6 +7,7 @@ use crate::fit::candidates::Candidate;
 use crate::fit::scored::{Scored, distinct};
 use crate::inverse::Smooth;
 use crate::judge::{Asked, Judge};
+use crate::kinds::dossier;
 
 /// Largest number of rival sets that are named.
 const MOST_NAMED: usize = 2;
@@ -85,7 +86,8 @@ pub(crate) fn as_good<'b>(
 }
 
 /// Describes the best set with one cause more than the accepted ones that is in doubt. It gains clearly, but
-/// too little to be accepted. Or it gains enough, but with implausible values.
+/// too little to be accepted. Or it gains enough, but with implausible values. Or it gains clearly with a
+/// delay that the unknown timing of commands may hide.
 pub(crate) fn further(
     judge: &Judge<'_>,
     accepted: &Scored,
@@ -99,11 +101,16 @@ pub(crate) fn further(
     let brings =
         |more: &Scored| [judge.check(accepted, more), judge.gain(accepted, more, &judge.everything())];
     let asked = Asked::beside(accepted);
+    let added = |more: &Scored| -> Option<Candidate> {
+        more.causes.iter().find(|cause| !accepted.causes.iter().any(|own| own.is(cause))).copied()
+    };
+    let is_late = |more: &Scored| added(more).is_some_and(|cause| dossier(cause.definition.kind).is_late());
     let enough = |more: &&&Scored| {
         let [check, all] = brings(more);
         let is_clear = || judge.weight > 0.0 && check > most.further_nats && all > 2.0 * most.further_nats;
         let is_enough = || check >= asked.check && all >= asked.all;
-        judge.is_finding(more) && if judge.is_meant(more) { is_clear() } else { is_enough() }
+        let is_named = judge.is_finding(more) || is_late(more);
+        is_named && if judge.is_meant(more) { is_clear() } else { is_enough() }
     };
     if accepted.causes.is_empty() {
         return Vec::new();
@@ -111,9 +118,11 @@ pub(crate) fn further(
     let best =
         tried.iter().filter(is_more).filter(enough).max_by(|a, b| brings(a)[1].total_cmp(&brings(b)[1]));
     let said = best.and_then(|more| {
-        let cause = more.causes.iter().find(|cause| !accepted.causes.iter().any(|own| own.is(cause)))?;
+        let cause = added(more)?;
         let name = format!("{} at the {}", cause.definition.kind, cause.place.name());
-        let but = if judge.is_meant(more) {
+        let but = if !judge.is_finding(more) {
+            "is as short as the unknown timing of commands (state `hold`)"
+        } else if judge.is_meant(more) {
             "too little to be accepted"
         } else {
             "with values that cannot be meant"

@@ -23,6 +23,10 @@ pub(crate) enum Stage {
     Fit,
     /// Accepted causes are fitted again, together and with one left out, and the next experiment is designed.
     Compose,
+    /// Machines run freely over the check experiments, to machine precision.
+    RunFreely,
+    /// The check experiments are predicted for reports.
+    Report,
 }
 
 impl Stage {
@@ -34,6 +38,8 @@ impl Stage {
             Self::Screen => 0.6,
             Self::Fit => 0.75,
             Self::Compose => 0.88,
+            Self::RunFreely => 0.95,
+            Self::Report => 1.0,
         }
     }
 }

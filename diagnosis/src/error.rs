@@ -43,6 +43,8 @@ pub enum DiagnosisError {
          apart"
     )]
     Unbounded { spacing_s: f64 },
+    #[error("the time ran out")]
+    Late,
     #[error("the machine cannot be moved: {}", in_lines(.problems))]
     Machine { problems: Vec<Problem> },
     #[error("the equations of motion have no usable exponential: {0}")]
@@ -81,6 +83,7 @@ impl Remedy for DiagnosisError {
                 "record one more, or give the experiments `role = \"fit\"` and `role = \"check\"`".into()
             }
             Self::Unbounded { .. } => "bring the time to seconds, and commands to N, or m/s".into(),
+            Self::Late => "give a longer `--budget`".into(),
             Self::Machine { problems } => problems.first().map_or_else(
                 || "check the machine file by itself".into(),
                 |problem| problem.remedy.as_str().into(),
@@ -97,7 +100,8 @@ impl Remedy for DiagnosisError {
             | Self::Unwritable { .. }
             | Self::Unreadable { .. }
             | Self::Roles { .. }
-            | Self::Unbounded { .. } => String::new(),
+            | Self::Unbounded { .. }
+            | Self::Late => String::new(),
             Self::Format(_) | Self::Log(_) | Self::Exponential(_) => {
                 self.passed_on().map_or_else(String::new, Remedy::place)
             }

@@ -1,5 +1,6 @@
 //! A diagnosis with the data that reports and repairs need.
 
+use feeler_plant::description::Machine;
 use rayon::prelude::*;
 
 use crate::answer::difference::Difference;
@@ -7,7 +8,7 @@ use crate::budget::Budget;
 use crate::dataset::Dataset;
 use crate::diagnose::diagnose_within;
 use crate::error::DiagnosisError;
-use crate::gap::replay::{Replay, replay_record};
+use crate::gap::replay::{Replay, replay_within};
 use crate::report::Diagnosis;
 
 /// A diagnosed dataset: the answer, the change of the machine, and what both machines predict.
@@ -18,7 +19,8 @@ pub struct Examination {
     pub diagnosis: Diagnosis,
     /// The changes to make in the believed machine.
     pub difference: Difference,
-    /// Predictions of each check experiment: by the believed machine, and by the repaired one.
+    /// Predictions of the check experiments: by the believed machine, and by the repaired one. If the time
+    /// runs out, the rest are left out.
     pub replays: Vec<[Replay; 2]>,
 }
 
@@ -37,19 +39,22 @@ impl Examination {
     /// # Errors
     /// As [`Examination::of`].
     pub fn within(dataset: Dataset, budget: Budget, progress: &dyn Fn(&str)) -> Result<Self, DiagnosisError> {
-        let diagnosis = diagnose_within(&dataset, budget, progress)?;
+        let mut diagnosis = diagnose_within(&dataset, budget, progress)?;
         progress("predicting the check experiments");
         let checks: Vec<usize> =
             (0..dataset.records.len()).filter(|&r| dataset.records[r].is_check).collect();
-        let replays = checks
-            .into_par_iter()
-            .map(|r| {
-                Ok([
-                    replay_record(&dataset.machine, &dataset, r)?,
-                    replay_record(&diagnosis.machine, &dataset, r)?,
-                ])
-            })
-            .collect::<Result<_, DiagnosisError>>()?;
+        let both = |r: usize| {
+            let of = |machine: &Machine| replay_within(machine, &dataset, r, budget).ok();
+            Some([of(&dataset.machine)?, of(&diagnosis.machine)?])
+        };
+        let replays: Vec<[Replay; 2]> = checks.par_iter().filter_map(|&r| both(r)).collect();
+        let missing = checks.len() - replays.len();
+        if missing > 0 {
+            let (all, what) = (checks.len(), "check experiments are not shown: the time ran out");
+            diagnosis
+                .warnings
+                .push(format!("predictions of {missing} of {all} {what} (give a longer `--budget`)"));
+        }
         let difference = Difference::between(&dataset.machine, &diagnosis.machine)
             .with_ends(&dataset.machine, &dataset.tolerance);
         Ok(Self { dataset, diagnosis, difference, replays })

@@ -183,6 +183,13 @@ impl Adequacy {
         self.shortfalls.push(Shortfall { condition, what });
     }
 
+    /// Adds that the time did not suffice to run the repaired machine freely.
+    pub(crate) fn add_unrun(&mut self) {
+        let what = "the time ran out before the repaired machine was run freely over the check experiments: \
+                    the change is not proposed; a longer `--budget` runs it";
+        self.shortfalls.push(Shortfall { condition: Condition::Tried, what: what.into() });
+    }
+
     /// Reports that the time did not suffice for some causes, or to fit all to the end. Any of them may fit
     /// as well.
     pub(crate) fn add_untried(&mut self, untried: usize, is_unfinished: bool) {

@@ -73,7 +73,8 @@ impl Judge<'_> {
         let holds = closed > LEAST_CLOSED
             && model.at_limits(theta).is_empty()
             && !worsens(task, told, &tabled.scored, &checks, read)
-            && strays(self.dataset, &machine, &self.dataset.machine).is_none();
+            && strays(self.dataset, &machine, &self.dataset.machine, task.budget).is_none()
+            && !task.budget.is_over(Stage::RunFreely);
         let knots = tabled.table.points().to_vec();
         let on = tabled.site.key(&self.dataset.machine);
         holds.then_some((

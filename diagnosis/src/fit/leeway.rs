@@ -173,3 +173,52 @@ impl Model {
         found
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use feeler_files::Document;
+    use feeler_plant::effects::find;
+    use indexmap::IndexMap;
+
+    use super::*;
+
+    const MACHINE: &str = "[bodies.axis]\nmass = 2.0\n[springs.guide]\nbetween = [\"ground\", \"axis\"]\n\
+        [actuators.drive]\non = \"axis\"\nkind = \"force\"\n";
+
+    /// The guide of [`MACHINE`] with one effect.
+    fn with(kind: &str, values: &[f64]) -> Model {
+        let machine = Document::parse(MACHINE, "axis.toml").unwrap().scenario.machine;
+        let calibrated = Model::calibration(&machine, &IndexMap::new()).unwrap();
+        let site = Site { table: ElementKind::Springs, index: 0 };
+        calibrated.with(site, find(kind).unwrap(), values)
+    }
+
+    /// 2 kg on bristles of 2 kg (2 pi 25 Hz)^2, with a damping ratio of 0.3.
+    #[test]
+    fn truth_a_dry_guide_takes_over_the_frequency_and_the_damping_of_bristles() {
+        let omega = TAU * 25.0;
+        let bristles = with("lugre-friction", &[2.0 * omega * omega, 4.0 * 0.3 * omega, 5.0, 5.0, 0.01]);
+        let theta = bristles.start();
+        let outer = Fitted { sigma: vec![0.0; theta.len()], model: bristles, theta, cost: 0.0 };
+        let dry = with("coulomb-friction", &[5.0]);
+        let starts = dry.stiffer_or_as(&dry.start(), &outer);
+        assert_eq!(starts.len(), 4);
+        let Presliding { frequency_hz, damping_ratio } = dry.leeway(&starts[3]).presliding;
+        // Rounding of logarithms.
+        assert!((frequency_hz - 25.0).abs() < 1e-9 && (damping_ratio - 0.3).abs() < 1e-12);
+        // A guide without bristles says nothing about presliding.
+        let theta = dry.start();
+        let other = Fitted { sigma: vec![0.0; theta.len()], model: dry.clone(), theta, cost: 0.0 };
+        assert_eq!(dry.stiffer_or_as(&dry.start(), &other).len(), 3);
+    }
+
+    #[test]
+    fn truth_bristles_end_at_the_fastest_presliding() {
+        let stiff = with("lugre-friction", &[1e12, 1e9, 5.0, 5.0, 0.01]);
+        let dry = with("coulomb-friction", &[5.0]);
+        let fastest = dry.unknowns.iter().find(|unknown| unknown.target == Target::PreslidingFrequency);
+        let fastest = fastest.map(|unknown| unknown.value(unknown.bounds.1)).unwrap();
+        let stiffness = stiff.parameters(0, &stiff.start())[0];
+        assert!((stiffness / (2.0 * (TAU * fastest).powi(2)) - 1.0).abs() < 1e-9, "{stiffness}");
+    }
+}

@@ -5,6 +5,7 @@ use feeler_plant::description::Machine;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::budget::{Budget, Stage};
 use crate::dataset::{Dataset, Record};
 use crate::error::DiagnosisError;
 use crate::fit::model::assemble_for;
@@ -90,10 +91,20 @@ pub fn replay(machine: &Machine, dataset: &Dataset) -> Result<Vec<Replay>, Diagn
 /// # Errors
 /// If the machine has no motion.
 pub fn replay_record(machine: &Machine, dataset: &Dataset, index: usize) -> Result<Replay, DiagnosisError> {
+    replay_within(machine, dataset, index, Budget::unlimited())
+}
+
+/// Simulates one experiment until the time budget of a report is over.
+pub(crate) fn replay_within(
+    machine: &Machine,
+    dataset: &Dataset,
+    index: usize,
+    budget: Budget,
+) -> Result<Replay, DiagnosisError> {
     let record = &dataset.records[index];
     let assembly = assemble_for(machine.clone(), record.engagement)
         .map_err(|problems| DiagnosisError::Machine { problems })?;
-    let mut predictor = Predictor::new(assembly, dataset, record)?;
+    let mut predictor = Predictor::new(assembly, dataset, record)?.until(budget, Stage::Report);
     let free = predictor.free()?.series;
     let rows = ((WINDOW_S / record.spacing_s).round() as usize).max(1);
     let windows = predictor.follow(Anchoring::Continuous, Start::Windows(rows))?.series;
@@ -118,22 +129,29 @@ pub(crate) const WORSE: f64 = 1.05;
 /// machine. Each is a root mean square over the check experiments. `None` if the believed machine has no
 /// motion.
 pub fn free_runs(dataset: &Dataset, repaired: &Machine) -> Option<[f64; 2]> {
-    Some([free_run(dataset, &dataset.machine)?, free_run(dataset, repaired).unwrap_or(MOST_ERROR)])
+    let of = |machine: &Machine| free_run(dataset, machine, Budget::unlimited());
+    Some([of(&dataset.machine)?, of(repaired).unwrap_or(MOST_ERROR)])
 }
 
-/// Error of one machine's free runs; `None` if it has no motion.
-pub(crate) fn free_run(dataset: &Dataset, machine: &Machine) -> Option<f64> {
+/// Error of one machine's free runs; `None` if it has no motion, or if the time ran out.
+pub(crate) fn free_run(dataset: &Dataset, machine: &Machine, budget: Budget) -> Option<f64> {
     let checks: Vec<usize> = (0..dataset.records.len()).filter(|&r| dataset.records[r].is_check).collect();
     let errors: Option<Vec<Vec<f64>>> =
-        checks.into_par_iter().map(|r| free_errors(dataset, machine, r)).collect();
+        checks.into_par_iter().map(|r| free_errors(dataset, machine, r, budget)).collect();
     root_mean_square(&errors?.concat())
 }
 
 /// The first experiment on which a machine's free run is clearly worse than another's, with both errors.
-pub(crate) fn strays(dataset: &Dataset, machine: &Machine, other: &Machine) -> Option<(usize, [f64; 2])> {
+pub(crate) fn strays(
+    dataset: &Dataset,
+    machine: &Machine,
+    other: &Machine,
+    budget: Budget,
+) -> Option<(usize, [f64; 2])> {
     let of = |r: usize| {
-        let error =
-            |machine: &Machine| free_errors(dataset, machine, r).and_then(|errors| root_mean_square(&errors));
+        let error = |machine: &Machine| {
+            free_errors(dataset, machine, r, budget).and_then(|errors| root_mean_square(&errors))
+        };
         let given = error(other)?;
         let own = error(machine).unwrap_or(MOST_ERROR);
         (own > WORSE * given).then_some((r, [own, given]))
@@ -142,11 +160,12 @@ pub(crate) fn strays(dataset: &Dataset, machine: &Machine, other: &Machine) -> O
 }
 
 /// Errors of a free run over one experiment for each column that varies, over its scale; `None` if the
-/// machine has no motion.
-fn free_errors(dataset: &Dataset, machine: &Machine, r: usize) -> Option<Vec<f64>> {
+/// machine has no motion, or if the time ran out.
+fn free_errors(dataset: &Dataset, machine: &Machine, r: usize, budget: Budget) -> Option<Vec<f64>> {
     let record = &dataset.records[r];
     let assembly = assemble_for(machine.clone(), record.engagement).ok()?;
-    let free = Predictor::new(assembly, dataset, record).ok()?.free().ok()?.series;
+    let predictor = Predictor::new(assembly, dataset, record).ok()?;
+    let free = predictor.until(budget, Stage::RunFreely).free().ok()?.series;
     let error = |c: usize| column_error(dataset, record, c, &free[c], &free[c]).relative.min(MOST_ERROR);
     Some((0..free.len()).map(error).filter(|error| !error.is_nan()).collect())
 }

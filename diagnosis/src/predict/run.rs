@@ -12,6 +12,7 @@ use super::presliding::checks;
 use super::sensor::readings;
 use super::state::State;
 use super::warm::by_commands;
+use crate::budget::{Budget, Stage};
 use crate::dataset::{Dataset, Driven, Record};
 use crate::error::DiagnosisError;
 
@@ -69,6 +70,8 @@ pub struct Predictor<'a> {
     is_bent: bool,
     /// See [`Leeway::late_rows`].
     late_rows: f64,
+    /// The stage whose end stops a prediction.
+    until: Option<(Budget, Stage)>,
 }
 
 impl<'a> Predictor<'a> {
@@ -168,6 +171,7 @@ impl<'a> Predictor<'a> {
                 beside,
                 is_bent: placed.is_bent,
                 late_rows,
+                until: None,
             })
         };
         let mut bent = begin(assembly.clone(), Beside::Bent)?;
@@ -176,6 +180,11 @@ impl<'a> Predictor<'a> {
         }
         let mut shifted = begin(assembly, Beside::Shifted)?;
         Ok(if shifted.first_swing()? < bent.first_swing()? { shifted } else { bent })
+    }
+
+    /// The same, with predictions that fail when a stage of a diagnosis is over.
+    pub(crate) fn until(self, budget: Budget, stage: Stage) -> Self {
+        Self { until: Some((budget, stage)), ..self }
     }
 
     /// Predicts freely from the first row to the last.
@@ -221,6 +230,9 @@ impl<'a> Predictor<'a> {
             #[inline(always)]
             || -> Result<(), DiagnosisError> {
                 for k in 0..rows {
+                    if self.until.is_some_and(|(budget, stage)| budget.is_over(stage)) {
+                        return Err(DiagnosisError::Late);
+                    }
                     if let Start::Windows(length) = start
                         && k % length == 0
                     {

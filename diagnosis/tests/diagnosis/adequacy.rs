@@ -9,7 +9,7 @@ use feeler_diagnosis::adequacy::Condition;
 use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
 use feeler_diagnosis::replay::replay;
 use feeler_diagnosis::report::{ForceOver, Verdict};
-use feeler_diagnosis::{Budget, Diagnosis, diagnose, diagnose_within};
+use feeler_diagnosis::{Budget, Diagnosis, Examination, diagnose, diagnose_within};
 use feeler_files::Document;
 use feeler_plant::assembly::{Source, TabulatedForce};
 use feeler_plant::effects::{EffectUse, ForceTable, Kind, Parameters as _, SpeedTable};
@@ -246,6 +246,18 @@ fn truth_a_table_that_the_time_did_not_suffice_for_is_named_with_the_remedy() {
     let said = answer.adequacy.shortfalls.iter().find(|short| short.condition == Condition::Table);
     let said = &said.unwrap_or_else(|| panic!("{}", told(&answer))).what;
     assert!(said.contains("a table of the missing force") && said.contains("longer `--budget`"), "{said}");
+}
+
+/// Neither the search nor the free runs nor the predictions of the report take longer than the budget.
+#[test]
+fn truth_without_time_nothing_is_proposed_and_predictions_that_are_missing_are_named() {
+    let none = Budget::of(Duration::ZERO);
+    let dataset = held(&|x, _| bumps(x));
+    let answer = Examination::within(dataset.clone(), none, &|_| {}).expect("there is an answer");
+    assert_eq!(answer.diagnosis.machine, dataset.machine, "{}", told(&answer.diagnosis));
+    assert!(answer.replays.is_empty() && answer.checks() > 0);
+    let said = answer.diagnosis.warnings.iter().find(|said| said.contains("the time ran out"));
+    assert!(said.is_some_and(|said| said.contains("`--budget`")), "{:?}", answer.diagnosis.warnings);
 }
 
 /// The table of an answer without a cause.

@@ -143,8 +143,8 @@ impl NonlinearTerm {
         }
     }
 
-    /// The mean over a span in which the arguments change evenly (Simpson's rule); `None` if the value halfway
-    /// departs too far from the mean of those at the ends.
+    /// The mean over a span in which the arguments change evenly (Simpson's rule). `None` if the value
+    /// halfway departs too far from the mean of those at the ends.
     pub fn even_mean(&self, [a0, b0]: [f64; 2], [a1, b1]: [f64; 2]) -> Option<f64> {
         let (start, end) = (self.value(a0, b0), self.value(a1, b1));
         let half = self.value(0.5 * (a0 + a1), 0.5 * (b0 + b1));
@@ -342,5 +342,27 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// The mean of a sine over an interval is the difference of cosines over its length.
+    #[test]
+    fn truth_an_even_mean_is_that_of_the_sine_up_to_a_quarter_of_its_period() {
+        let (amplitude, pitch) = (2.0, 0.7);
+        let law = NonlinearLaw::Ripple { drive: 0, amplitude, pitch, phase: 0.0 };
+        let k = std::f64::consts::TAU / pitch;
+        for i in 0..50 {
+            let start = 0.03 * f64::from(i);
+            let mean = |span: f64| {
+                (NonlinearTerm { law }.even_mean([start, 0.0], [start + span, 0.0]), start + span)
+            };
+            for span in [0.02 * pitch, 0.1 * pitch, 0.24 * pitch] {
+                let (found, end) = mean(span);
+                let exact = amplitude * ((k * start).cos() - (k * end).cos()) / (k * span);
+                // Remainder of Simpson's rule, (k span)^4 / 2880, at a quarter of the period.
+                assert!((found.unwrap() - exact).abs() < 3e-3 * amplitude, "{start} {span}");
+            }
+        }
+        // From zero to zero, the mean of the ends says nothing about the maximum halfway.
+        assert_eq!(NonlinearTerm { law }.even_mean([0.0, 0.0], [0.5 * pitch, 0.0]), None);
     }
 }

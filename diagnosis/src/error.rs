@@ -162,6 +162,7 @@ mod tests {
                 },
                 DiagnosisError::Roles { fitted: 1, checked: 0 },
                 DiagnosisError::Unbounded { spacing_s: 1e-3 },
+                DiagnosisError::Late,
                 DiagnosisError::Machine {
                     problems: vec![Problem::new("bodies", "nothing can move", "free a body")],
                 },

@@ -170,7 +170,7 @@ impl Judge<'_> {
             Some(found) => better(task, &model, start, &found),
             None => start,
         };
-        let starts = model.stiffer_or_as(&start, &scored.fitted).into_iter();
+        let starts = model.stiffer_after(&start, &scored.fitted).into_iter();
         let costs = starts.map(|start| (task.cost(&model, &start), start));
         let start = costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(start, |(_, start)| start);
         score(task, causes, task.fit(&model, &start, STEPS))

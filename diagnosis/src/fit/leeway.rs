@@ -113,9 +113,13 @@ impl Model {
         [-STIFFER, 0.0, STIFFER].map(at).to_vec()
     }
 
-    /// [`Self::stiffer`], and the start with guides that preslide as the bristles of another fit bend.
-    pub(crate) fn stiffer_or_as(&self, start: &[f64], other: &Fitted) -> Vec<Vec<f64>> {
-        self.stiffer(start).into_iter().chain(self.as_bristles(start, other)).collect()
+    /// The start. If another fit has bristles, its presliding is not fitted: then [`Self::stiffer`] as well,
+    /// and guides that preslide as these bristles bend.
+    pub(crate) fn stiffer_after(&self, start: &[f64], other: &Fitted) -> Vec<Vec<f64>> {
+        match self.as_bristles(start, other) {
+            Some(as_bristles) => self.stiffer(start).into_iter().chain([as_bristles]).collect(),
+            None => vec![start.to_vec()],
+        }
     }
 
     fn as_bristles(&self, start: &[f64], other: &Fitted) -> Option<Vec<f64>> {
@@ -201,15 +205,15 @@ mod tests {
         let theta = bristles.start();
         let outer = Fitted { sigma: vec![0.0; theta.len()], model: bristles, theta, cost: 0.0 };
         let dry = with("coulomb-friction", &[5.0]);
-        let starts = dry.stiffer_or_as(&dry.start(), &outer);
+        let starts = dry.stiffer_after(&dry.start(), &outer);
         assert_eq!(starts.len(), 4);
         let Presliding { frequency_hz, damping_ratio } = dry.leeway(&starts[3]).presliding;
         // Rounding of logarithms.
         assert!((frequency_hz - 25.0).abs() < 1e-9 && (damping_ratio - 0.3).abs() < 1e-12);
-        // A guide without bristles says nothing about presliding.
+        // Without bristles, the other fit has fitted presliding.
         let theta = dry.start();
         let other = Fitted { sigma: vec![0.0; theta.len()], model: dry.clone(), theta, cost: 0.0 };
-        assert_eq!(dry.stiffer_or_as(&dry.start(), &other).len(), 3);
+        assert_eq!(dry.stiffer_after(&dry.start(), &other), [dry.start()]);
     }
 
     #[test]

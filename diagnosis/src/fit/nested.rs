@@ -65,7 +65,7 @@ pub(crate) fn lower(
                 let model = base.with(small.site, small.definition, values);
                 let mut start = model.start();
                 model.take_over(&mut start, &outer.fitted.model, &outer.fitted.theta, last);
-                let starts = model.stiffer_or_as(&start, &outer.fitted);
+                let starts = model.stiffer_after(&start, &outer.fitted);
                 starts.into_iter().map(move |start| (model.clone(), start))
             };
             let begun =

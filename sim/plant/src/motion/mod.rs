@@ -104,7 +104,9 @@ impl Motion {
                 Some(term.even_mean(start, end).map(|mean| (j, mean)))
             });
         let Some(means) = means.collect::<Option<Vec<(usize, f64)>>>() else { return false };
-        means.into_iter().for_each(|(j, mean)| xi[self.layout.term(j)] = mean);
+        for (j, mean) in means {
+            xi[self.layout.term(j)] = mean;
+        }
         true
     }
 

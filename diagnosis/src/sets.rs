@@ -170,8 +170,10 @@ impl Judge<'_> {
             Some(found) => better(task, &model, start, &found),
             None => start,
         };
-        let starts = model.stiffer_after(&start, &scored.fitted).into_iter();
-        let costs = starts.map(|start| (task.cost(&model, &start), start));
+        let starts = model.stiffer_after(&start, &scored.fitted);
+        let is_only = starts.len() == 1;
+        let cost = |start: &[f64]| if is_only { 0.0 } else { task.cost(&model, start) };
+        let costs = starts.into_iter().map(|start| (cost(&start), start));
         let start = costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(start, |(_, start)| start);
         score(task, causes, task.fit(&model, &start, STEPS))
     }

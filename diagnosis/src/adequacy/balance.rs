@@ -101,9 +101,7 @@ pub(crate) fn further(
     let brings =
         |more: &Scored| [judge.check(accepted, more), judge.gain(accepted, more, &judge.everything())];
     let asked = Asked::beside(accepted);
-    let added = |more: &Scored| -> Option<Candidate> {
-        more.causes.iter().find(|cause| !accepted.causes.iter().any(|own| own.is(cause))).copied()
-    };
+    let added = |more: &Scored| more.beyond(accepted).first().map(|(_, cause)| **cause);
     let is_late = |more: &Scored| added(more).is_some_and(|cause| dossier(cause.definition.kind).is_late());
     let enough = |more: &&&Scored| {
         let [check, all] = brings(more);

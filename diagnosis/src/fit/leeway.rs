@@ -80,22 +80,21 @@ impl Model {
     /// searched. Records do not tell stiffer bristles apart, but each prediction would take far longer.
     /// Infinite for other parameters.
     pub(super) fn most_of_bristles(&self, site: Site, definition: &Definition, parameter: &Parameter) -> f64 {
-        if !definition.has(Trait::Bristles) || site.table != ElementKind::Springs {
+        let is_bound = [Dimension::STIFFNESS, Dimension::DAMPING].contains(&parameter.dimension);
+        if !is_bound || !definition.has(Trait::Bristles) || site.table != ElementKind::Springs {
             return f64::INFINITY;
         }
         let Ok(assembly) = assemble(&self.believed) else { return f64::INFINITY };
         let Some(link) = assembly.links.get(site.index) else { return f64::INFINITY };
+        let mass_kg = assembly.sliding_mass_kg(link);
+        let most = |usual: f64, sigma: f64| usual * (PRESLIDING_ABOVE * sigma).exp();
         let usual = Presliding::default();
-        let [hz, ratio] =
-            [(usual.frequency_hz, PRESLIDING_SPREAD[0]), (usual.damping_ratio, PRESLIDING_SPREAD[1])]
-                .map(|(usual, sigma)| usual * (PRESLIDING_ABOVE * sigma).exp());
-        let stiffness = assembly.sliding_mass_kg(link) * (TAU * hz).powi(2);
-        let fastest = feeler_plant::assembly::Presliding { stiffness, damping_ratio: ratio };
-        match parameter.dimension {
-            Dimension::STIFFNESS => stiffness,
-            Dimension::DAMPING => fastest.damping(assembly.sliding_mass_kg(link)),
-            _ => f64::INFINITY,
+        let fastest = Presliding {
+            frequency_hz: most(usual.frequency_hz, PRESLIDING_SPREAD[0]),
+            damping_ratio: most(usual.damping_ratio, PRESLIDING_SPREAD[1]),
         }
+        .of_mass(mass_kg);
+        if parameter.dimension == Dimension::STIFFNESS { fastest.stiffness } else { fastest.damping(mass_kg) }
     }
 
     /// The start, and starts with sticking guides at lower and higher presliding frequency. Only the start if

@@ -1,11 +1,10 @@
 //! How guides with dry friction yield before they slide, as fitted.
 
-use std::f64::consts::TAU;
-
 use feeler_plant::assembly::{Link, Presliding};
 
 use crate::fit::least_squares::Fitted;
 use crate::fit::unknown::Target;
+use crate::predict;
 
 /// Records show the presliding of guides if they determine its frequency and damping ratio this well: the
 /// deviation of each over that of its prior.
@@ -33,16 +32,17 @@ impl Fitted {
             is_shown.then(|| (unknown.value(theta), sigma))
         };
         let found = of(Target::PreslidingFrequency).zip(of(Target::PreslidingDamping));
-        let Some(((hz, of_hz), (damping_ratio, of_ratio))) = found else { return Vec::new() };
+        let Some(((frequency_hz, of_hz), (damping_ratio, of_ratio))) = found else { return Vec::new() };
+        let fitted = predict::Presliding { frequency_hz, damping_ratio };
         let Some(assembly) = self.model.assembly(&self.theta, None) else { return Vec::new() };
         let springs = self.model.believed.springs.len();
         let yielding = |(spring, link): (usize, &Link)| {
-            let stiffness = assembly.sliding_mass_kg(link) * (TAU * hz).powi(2);
+            let presliding = fitted.of_mass(assembly.sliding_mass_kg(link));
             Yielding {
                 spring,
-                presliding: Presliding { stiffness, damping_ratio },
+                presliding,
                 sigma: [2.0 * of_hz, of_ratio],
-                deflection_m: link.friction.forward.max(link.friction.backward) / stiffness,
+                deflection_m: link.friction.forward.max(link.friction.backward) / presliding.stiffness,
             }
         };
         let dry = assembly.dry_guides().filter(|(i, link)| *i < springs && link.presliding.is_none());

@@ -30,14 +30,18 @@ const MOST_CHECKS: usize = 16;
 impl Presliding {
     /// States this presliding at every guide with dry friction that states none.
     pub(super) fn state(self, assembly: &mut Assembly) {
-        let omega = TAU * self.frequency_hz;
         let bare = assembly.dry_guides().filter(|(_, link)| link.presliding.is_none());
         let bare: Vec<_> = bare.map(|(i, link)| (i, assembly.sliding_mass_kg(link))).collect();
         for (i, mass_kg) in bare {
-            let (stiffness, damping_ratio) = (mass_kg * omega * omega, self.damping_ratio);
-            assembly.links[i].presliding =
-                Some(feeler_plant::assembly::Presliding { stiffness, damping_ratio });
+            assembly.links[i].presliding = Some(self.of_mass(mass_kg));
         }
+    }
+
+    /// The presliding of a guide on which this mass slides.
+    pub(crate) fn of_mass(self, mass_kg: f64) -> feeler_plant::assembly::Presliding {
+        let omega = TAU * self.frequency_hz;
+        let (stiffness, damping_ratio) = (mass_kg * omega * omega, self.damping_ratio);
+        feeler_plant::assembly::Presliding { stiffness, damping_ratio }
     }
 }
 

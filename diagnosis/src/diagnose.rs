@@ -243,8 +243,9 @@ impl<'a> Composing<'a> {
 
     /// Drops causes whose size may be that of an absent cause. Of nine such causes of several on three wild
     /// seeds none was hidden. A cause stays if a believed value or the timing of commands would then end at
-    /// its limit. The last cause also stays if it removes a fair part of the error. On five wild seeds four
-    /// such causes were hidden, and none of the five that removed little.
+    /// its limit, or if the others could not be accepted without it. The last cause also stays if it removes
+    /// a fair part of the error. On five wild seeds four such causes were hidden, and none of the five that
+    /// removed little.
     fn drop_absent(&mut self) {
         let at_limit = |Scored { fitted: Fitted { model, theta, .. }, .. }: &Scored| {
             model.at_limits(theta).len() + usize::from(model.is_timing_at_limit(theta))
@@ -253,9 +254,12 @@ impl<'a> Composing<'a> {
         while let Some(absent) = self.judge.most_likely_absent(&self.accepted) {
             let is_last = self.accepted.causes.len() == 1;
             let fewer = self.judge.without(&self.accepted, absent);
-            if at_limit(&fewer) > at_limit(&self.accepted)
-                || is_last && self.judge.closed(&self.accepted) >= least_closed
-            {
+            let is_needed = if is_last {
+                self.judge.closed(&self.accepted) >= least_closed
+            } else {
+                !self.judge.is_acceptable(&fewer)
+            };
+            if is_needed || at_limit(&fewer) > at_limit(&self.accepted) {
                 return;
             }
             self.attempts.fitted.push(std::mem::replace(&mut self.accepted, fewer));

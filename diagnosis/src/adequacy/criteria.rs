@@ -11,7 +11,8 @@ use serde::Serialize;
 pub struct Criteria {
     /// Largest error of short predictions, in noise floors.
     pub most_floors: f64,
-    /// Largest error as a share of every channel's variation; it applies where the floor is tiny.
+    /// Largest error as a share of every channel's variation; it applies where the floor is tiny and a cause
+    /// was found. Without a cause `slight` applies there.
     pub most_left: f64,
     /// Largest error of predictions over up to a second, as a share of every channel's variation, beyond
     /// [`Self::most_floors`]. It applies to machines without contacts only, because an impact soon changes

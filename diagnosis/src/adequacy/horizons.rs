@@ -48,7 +48,8 @@ impl Horizon {
 }
 
 /// Describes remaining errors that are large against both noise and signal. Where forces balance, short
-/// predictions do not count, because the noise of the command dominates them.
+/// predictions of causes do not count, because the noise of the command dominates them. An answer without a
+/// cause says that the machine is right, so all its errors must be slight or due to noise.
 pub(super) fn left(
     horizons: &[Horizon],
     [refitted, missing]: [f64; 2],
@@ -58,10 +59,17 @@ pub(super) fn left(
 ) -> Vec<String> {
     let mut found = Vec::new();
     if let Some(shortest) = horizons.first() {
-        let most = (criteria.most_floors * shortest.floor).max(criteria.most_left);
+        let is_large = |after: f64| {
+            if is_found {
+                let most = (criteria.most_floors * shortest.floor).max(criteria.most_left);
+                shortest.beyond(after) > most && !is_balanced
+            } else {
+                after > (criteria.most_floors * shortest.noise()).max(criteria.slight)
+            }
+        };
         match shortest.after {
             None => found.push("the repaired machine's prediction is not finite".into()),
-            Some(after) if shortest.beyond(after) > most && !is_balanced => found.push(format!(
+            Some(after) if is_large(after) => found.push(format!(
                 "short predictions are off by {} of the signal, beside a noise floor of {}",
                 share(after),
                 share(shortest.noise())
@@ -251,6 +259,12 @@ mod tests {
         };
         assert_eq!(told(0.03, [5.0, 0.5]), 0);
         assert_eq!(told(0.81, [5.0, 0.5]), 1);
+        // A machine without a cause is right up to noise only.
+        let without = |after: f64| {
+            let horizons = [Horizon { floor: 0.002, ..horizon(after, after) }];
+            [false, true].map(|found| left(&horizons, [0.0; 2], 10.0, [found, false], &criteria).len())
+        };
+        assert_eq!([without(0.007), without(0.03), without(0.06)], [[0, 0], [1, 0], [1, 1]]);
         // Most of the force is explained, or hardly any of it.
         assert_eq!(told(0.03, [50.0, 3.0]), 0);
         assert_eq!(told(0.03, [4.0, 3.0]), 1);

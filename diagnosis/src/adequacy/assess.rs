@@ -15,6 +15,9 @@ pub(crate) struct Sizes {
     /// Share of the error beyond `floor` that the accepted causes remove; `None` if the error with
     /// the accepted causes is hardly above the floor.
     pub(crate) closed: Option<f64>,
+    /// Upper end of the 90 % interval of that share; `None` if the error of calibration alone is hardly above
+    /// the floor.
+    pub(crate) most_closed: Option<f64>,
     /// Force missing on the check experiments after calibration and with the accepted effects, beyond the
     /// part due to noise, N.
     pub(crate) missing_force_n: [f64; 2],
@@ -64,6 +67,8 @@ pub(crate) fn assess(
     short(Condition::Rivals, balance::named(balanced));
     short(Condition::Tolerance, tolerance::limits(task.dataset, accepted));
     if is_found {
+        let partly = sizes.most_closed.and_then(|most| horizons::partly_closed(most, &criteria));
+        short(Condition::Rivals, partly.into_iter().chain(residual.untested()).collect());
         for (is_little, what) in horizons::worsened(&horizons, &criteria) {
             short(if is_little { Condition::Far } else { Condition::Horizons }, vec![what]);
         }

@@ -146,6 +146,15 @@ pub(super) fn unclosed(closed: f64, criteria: &Criteria) -> Option<String> {
     })
 }
 
+/// Describes a gap of which the causes leave a part even if they remove the share `most`, the upper end of
+/// its interval.
+pub(super) fn partly_closed(most: f64, criteria: &Criteria) -> Option<String> {
+    (most < criteria.well_closed).then(|| {
+        let left = share(1.0 - most.max(0.0));
+        format!("{left} or more of the error beyond the noise floor remains: there may be a further cause")
+    })
+}
+
 /// Horizons at which the repaired machine predicts worse than the calibrated one, in words, each with whether
 /// the error is small nevertheless.
 pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<(bool, String)> {
@@ -275,6 +284,8 @@ mod tests {
         assert!(lost(&[horizon(0.9, 0.8)], &criteria).is_some_and(|told| told.contains("80.0 %")));
         assert_eq!(unclosed(0.9, &criteria), None);
         assert!(unclosed(0.16, &criteria).is_some_and(|told| told.contains("16.0 %")));
+        assert_eq!(partly_closed(0.8, &criteria), None);
+        assert!(partly_closed(0.7, &criteria).is_some_and(|told| told.contains("30.0 % or more")));
         assert_eq!(share(1e24), "more than 1000 %");
     }
 }

@@ -26,7 +26,7 @@ pub(crate) use rivals::as_good_but_small;
 use feeler_plant::effects::Place;
 use serde::Serialize;
 
-use crate::gap::unknown::ADEQUATE;
+use crate::gap::unknown::{ADEQUATE, in_sigmas};
 
 /// Factor on the usual limit of a column's mean square residual if the residual depends on no known quantity.
 const NOISY: f64 = 2.0;
@@ -140,11 +140,17 @@ impl Adequacy {
         let short = |(column, sigmas): (String, f64)| Shortfall {
             condition: Condition::Left,
             what: format!(
-                "short predictions of {column} are off by {sigmas:.1} sigma, more than an imprecise law of \
-                 friction or contact usually leaves"
+                "short predictions of {column} are off by {}, more than an imprecise law of friction or \
+                 contact usually leaves",
+                in_sigmas(sigmas)
             ),
         };
         self.shortfalls.extend(columns.map(short));
+    }
+
+    /// Adds a remaining error.
+    pub(crate) fn add_left(&mut self, what: String) {
+        self.shortfalls.push(Shortfall { condition: Condition::Left, what });
     }
 
     /// Adds other causes that may be present.

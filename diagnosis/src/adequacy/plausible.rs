@@ -17,6 +17,8 @@ use crate::report::AttemptOutcome;
 
 /// Smallest ratio of the part of an effect beyond a believed value's limit to the part within the limit.
 const LEAST_REST: f64 = 0.1;
+/// Larger ratios are not printed as numbers.
+const MOST_TIMES: f64 = 1000.0;
 /// A value this close to the end of its range, on its own scale, counts as being at the end.
 const AT_END: f64 = 1e-3;
 /// A value with a narrower range than this was read off the records, so that no residual determines it.
@@ -125,7 +127,8 @@ fn beyond(
     let is_along_drive = matches!(cause.place, Place::Drive | Place::Guide | Place::Transmission);
     let over = |value: f64, limit: f64, most: f64, what: &str| {
         let ratio = value.abs() / limit;
-        (value.is_finite() && limit > 0.0 && ratio > most).then(|| format!("is {ratio:.1} times {what}"))
+        let times = if ratio > MOST_TIMES { "over 1000".into() } else { format!("{ratio:.1}") };
+        (value.is_finite() && limit > 0.0 && ratio > most).then(|| format!("is {times} times {what}"))
     };
     match parameter.dimension {
         Dimension::FORCE if is_along_drive && is_pushed(judge) => {

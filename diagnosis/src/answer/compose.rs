@@ -15,7 +15,7 @@ use crate::fit::scored::Scored;
 use crate::gap::ladder::{ladder, missing_force, noise_force, what_is_left};
 use crate::gap::locate::{heart, table};
 use crate::gap::size::{self, Floors};
-use crate::gap::unknown;
+use crate::gap::unknown::{self, in_sigmas};
 use crate::judge::{Attempts, Judge, LOOK_ALIKE};
 use crate::kinds::LATE_ROWS;
 use crate::report::{Cause, Diagnosis, Gap, GapCell, Verdict, Where};
@@ -63,6 +63,19 @@ fn cold_start(machine: &Machine) -> Option<String> {
          several `time_constant` before each: after a warm start the gain is too small and `force` too \
          large. Between records on one clock the drive counts as at rest"
     ))
+}
+
+/// The reason for an unsure verdict if all conditions hold. `own` is the probability of the effects found
+/// among their look-alikes.
+fn unsure(verdict: Verdict, own: f64) -> Option<String> {
+    match verdict {
+        Verdict::Ambiguous => Some(format!(
+            "other causes explain nearly as much: the effects found have a probability of {:.0} %",
+            100.0 * own
+        )),
+        Verdict::NotIdentifiable => Some("the records do not show at which place the cause is".into()),
+        Verdict::Explained | Verdict::NoGap | Verdict::UnknownCause => None,
+    }
 }
 
 impl Judge<'_> {
@@ -130,12 +143,13 @@ impl Judge<'_> {
         let noise_n = noise_force(task, accepted, &checks);
         let beyond_noise_n = missing_force_n.map(|force| (force * force - noise_n * noise_n).max(0.0).sqrt());
         let closed = (gap.after > ROUGH * gap.floor).then_some(gap.closed);
-        let sizes = Sizes { floor: read, closed, missing_force_n: beyond_noise_n };
+        let most_closed = (gap.refit > ROUGH * gap.floor).then_some(gap.closed_ci90[1]);
+        let sizes = Sizes { floor: read, closed, most_closed, missing_force_n: beyond_noise_n };
         let tried = [attempts.fitted.as_slice(), &attempts.screened].into_iter();
         let balanced: Vec<&Scored> =
             tried.flat_map(|tried| as_good(self, accepted, tried, &Criteria::default())).collect();
         let sigma = self.deviations(accepted);
-        let (adequacy, machine) = self.adequacy((accepted, &sigma), &field, &balanced, attempts, sizes);
+        let (mut adequacy, machine) = self.adequacy((accepted, &sigma), &field, &balanced, attempts, sizes);
         let adequate = !adequacy.is_short();
         // Causes that make short predictions worse than calibration does explain nothing.
         let is_worse = gap.after > adequacy.criteria.most_worsening * gap.refit;
@@ -155,6 +169,9 @@ impl Judge<'_> {
             }
             verdict => verdict,
         };
+        if adequacy.shortfalls.is_empty() {
+            adequacy.add_rivals(unsure(verdict, field.own).into_iter().collect());
+        }
         let (refitted, repaired) = (&calibrated.fitted, &accepted.fitted);
         let believed = refitted.model.start();
         let cells = table(
@@ -247,8 +264,9 @@ impl Judge<'_> {
         if let Some(place) = &mut found {
             place.place = Place::Guide.name();
             place.probability = 0.85;
-            place.evidence = evidence;
+            place.evidence.clone_from(&evidence);
         }
+        answer.adequacy.add_left(evidence);
         answer.places = found.into_iter().collect();
         answer
     }
@@ -378,14 +396,12 @@ impl Judge<'_> {
             let rise = |c: usize| taken[c] / with[c].max(1.0);
             let worst = (0..taken.len()).max_by(|&a, &b| rise(a).total_cmp(&rise(b))).unwrap_or(0);
             let kind = accepted.causes[i].definition.kind;
-            let sigmas = [taken[worst], with[worst]].map(f64::sqrt);
+            let [without, with] = [taken[worst], with[worst]].map(|misfit| in_sigmas(misfit.sqrt()));
             (
                 worst,
                 format!(
-                    "without {kind} {} departs {:.1} sigma, with it {:.1}",
-                    self.search.task.weighed_as(worst),
-                    sigmas[0],
-                    sigmas[1]
+                    "without {kind} {} departs {without}, with it {with}",
+                    self.search.task.weighed_as(worst)
                 ),
             )
         };

@@ -14,6 +14,8 @@ use crate::fit::model::Model;
 const ROUNDING: f64 = 1e-9;
 /// Smaller changes, in percent, are printed without a percentage.
 const LEAST_PERCENT: f64 = 0.05;
+/// Larger changes are not printed in percent: the old value was nearly zero.
+const MOST_PERCENT: f64 = 1e4;
 /// Significant digits of printed values.
 const DIGITS: usize = 5;
 
@@ -138,7 +140,7 @@ impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for Changed { key, old, new, unit, is_at_end } in &self.changed {
             let percent = 100.0 * (new / old - 1.0);
-            let share = if percent.is_finite() && percent.abs() >= LEAST_PERCENT {
+            let share = if (LEAST_PERCENT..MOST_PERCENT).contains(&percent.abs()) {
                 format!(", {percent:+.1} %")
             } else {
                 String::new()

@@ -190,7 +190,11 @@ mod tests {
 
     /// The guide of [`MACHINE`] with one effect.
     fn with(kind: &str, values: &[f64]) -> Model {
-        let machine = Document::parse(MACHINE, "axis.toml").unwrap().scenario.machine;
+        of(MACHINE, kind, values)
+    }
+
+    fn of(text: &str, kind: &str, values: &[f64]) -> Model {
+        let machine = Document::parse(text, "axis.toml").unwrap().scenario.machine;
         let calibrated = Model::calibration(&machine, &IndexMap::new()).unwrap();
         let site = Site { table: ElementKind::Springs, index: 0 };
         calibrated.with(site, find(kind).unwrap(), values)
@@ -223,5 +227,14 @@ mod tests {
         let fastest = fastest.map(|unknown| unknown.value(unknown.bounds.1)).unwrap();
         let stiffness = stiff.parameters(0, &stiff.start())[0];
         assert!((stiffness / (2.0 * (TAU * fastest).powi(2)) - 1.0).abs() < 1e-9, "{stiffness}");
+    }
+
+    /// Commands in mN m that are read as N m make friction of a rotor of 0.1 g cm^2 far too large.
+    #[test]
+    fn regress_bristles_that_are_too_stiff_for_a_tiny_mass_have_a_start() {
+        let tiny = MACHINE.replace("mass = 2.0", "mass = 1e-8");
+        let bristles = of(&tiny, "lugre-friction", &[1e12, 1e9, 5.0, 5.0, 0.01]);
+        assert!(bristles.start().iter().all(|theta| theta.is_finite()));
+        assert!(bristles.unknowns.iter().all(|unknown| unknown.bounds.0 <= unknown.bounds.1));
     }
 }

@@ -117,7 +117,8 @@ impl Model {
             let mut unknown = Unknown { target, log, unit, prior: None, bounds, difference };
             let floor = if log { size * NEXT_TO_NOTHING } else { parameter.bounds.0 };
             let most = self.most_of_bristles(site, definition, parameter).min(parameter.bounds.1);
-            unknown.bounds = (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(most));
+            let least = unknown.theta(parameter.bounds.0.max(floor));
+            unknown.bounds = (least, unknown.theta(most).max(least));
             if let Some(spread) = dossier(definition.kind).read_off {
                 let read = unknown.theta(values[i]);
                 unknown.bounds = (read - spread, read + spread);

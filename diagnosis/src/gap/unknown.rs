@@ -149,13 +149,21 @@ const LACKING_POINTS: usize = 2000;
 /// rigid. Also the smallest such mean square of their difference.
 const APART: f64 = 3.0;
 
+/// Larger residuals are not printed as numbers.
+const MOST_SIGMAS: f64 = 1000.0;
+
+/// A residual in standard deviations, or a bound if its number would be meaningless.
+pub(crate) fn in_sigmas(value: f64) -> String {
+    if value > MOST_SIGMAS { "more than 1000 sigma".into() } else { format!("{value:.1} sigma") }
+}
+
 /// The joint whose two ends move apart; `None` if there is none. A common motion does not appear in the
 /// difference.
 fn parted(task: &Task<'_>, misfits: &[f64]) -> Option<Pointer> {
     let apart = (0..misfits.len()).filter(|&c| task.weights.is_elongation(c) && misfits[c] > APART);
     let channel = apart.max_by(|&a, &b| misfits[a].total_cmp(&misfits[b]))?;
     let (what, sigmas) = (task.weighed_as(channel), misfits[channel].sqrt());
-    let evidence = format!("{what} departs {sigmas:.1} sigma: the two ends of the joint move apart");
+    let evidence = format!("{what} departs {}: the two ends of the joint move apart", in_sigmas(sigmas));
     Some(Pointer { place: Place::Transmission, channel, is_contact: false, is_clear: true, evidence })
 }
 
@@ -184,7 +192,7 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     let positions = own.iter().filter(|&&c| quantity(c) == Quantity::Position);
     let least = positions.map(|&c| misfits[c]).fold(f64::INFINITY, f64::min);
     let name = &dataset.channels[worst].column;
-    let says = |what: &str| format!("`{name}` departs {:.1} sigma: {what}", misfits[worst].sqrt());
+    let says = |what: &str| format!("`{name}` departs {}: {what}", in_sigmas(misfits[worst].sqrt()));
     let is_read = (0..misfits.len()).any(|c| quantity(c) == Quantity::Acceleration);
     let mut is_clear = true;
     let (place, evidence) = match quantity(worst) {

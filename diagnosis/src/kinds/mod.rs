@@ -250,9 +250,16 @@ pub(crate) fn contains(outer: Kind, inner: Kind) -> bool {
     (dossier(outer).contains)(inner)
 }
 
-/// Whether two laws on one element are equivalent, or one contains the other.
+/// Whether two laws on one element are equivalent, or one contains the other, or both are laws of dry
+/// friction, whose levels only their sum shows. A load beside one of these acts like a second level.
 pub(crate) fn overlaps(a: Kind, b: Kind) -> bool {
-    a == b || contains(a, b) || contains(b, a)
+    a == b || contains(a, b) || contains(b, a) || [a, b].into_iter().all(is_dry_friction)
+}
+
+/// Whether a kind is a law of dry friction whose level does not follow a load.
+fn is_dry_friction(kind: Kind) -> bool {
+    let known = dossier(kind);
+    kind.definition().has(Trait::DryFriction) && known.is_cause && !known.needs_contact
 }
 
 /// How to separate two look-alike kinds, in words, if no command does; `None` if nothing is known.

@@ -167,10 +167,10 @@ fn truth_believed_friction_is_fitted_within_its_tolerance_and_is_a_finding_beyon
 #[test]
 fn prop_a_force_outside_the_library_is_never_sure_and_its_change_runs_no_worse_over_any_experiment() {
     // Friction that depends on position, and a force of position, speed and load.
-    let forces: [&dyn Fn(f64, f64) -> f64; 2] = [
-        &|x, v| dry(12.0 * (1.0 + 0.8 * (TAU * x / 0.13).sin()), v),
-        &|x, v| dry(6.0, v) + 60.0 * x * v.abs().sqrt() + 900.0 * x.powi(2),
-    ];
+    let forces: [&dyn Fn(f64, f64) -> f64; 2] =
+        [&|x, v| dry(12.0 * (1.0 + 0.8 * (TAU * x / 0.13).sin()), v), &|x, v| {
+            dry(6.0, v) + 60.0 * x * v.abs().sqrt() + 900.0 * x.powi(2)
+        }];
     for (i, force) in forces.into_iter().enumerate() {
         let dataset = dataset("", force);
         let answer = diagnose(&dataset, &|_| {}).expect("there is an answer");

@@ -8,16 +8,15 @@ use crate::pages::parts::Page;
 /// The state of the machine with the accepted effects.
 pub(crate) const WITH_EFFECTS: &str = "with the effects found";
 
-/// The remaining error, over the shortest horizon and over the whole record.
+/// The remaining error over every horizon.
 pub(super) fn left(adequacy: &Adequacy) -> String {
     let share = |error: Option<f64>| {
         error.map_or_else(|| "an unknown share".into(), |error| format!("{} %", fine_percent(error)))
     };
     let of = |horizon: &Horizon| format!("{} of the signal over {}", share(horizon.after), horizon.name());
-    let ends: Vec<String> =
-        [adequacy.horizons.first(), adequacy.horizons.last()].into_iter().flatten().map(of).collect();
+    let all: Vec<String> = adequacy.horizons.iter().map(of).collect();
     let floor = adequacy.horizons.first().map_or(0.0, Horizon::noise);
-    format!("predictions are off by {}; noise alone leaves {} %", ends.join(", by "), fine_percent(floor))
+    format!("predictions are off by {}; noise alone leaves {} %", all.join(", by "), fine_percent(floor))
 }
 
 /// Reasons why the answer is not called explained, a sentence each.

@@ -174,6 +174,7 @@ fn shown(value: f64) -> String {
         percent if percent < 0.0095 => "<.01".into(),
         percent if percent < 0.095 => format!("{percent:.2}"),
         percent if percent < 9.95 => format!("{percent:.1}"),
+        percent if percent > 999.0 => ">999".into(),
         percent => format!("{percent:.0}"),
     }
 }

@@ -49,12 +49,13 @@ impl Horizon {
 
 /// Describes remaining errors that are large against both noise and signal. Where forces balance, short
 /// predictions of causes do not count, because the noise of the command dominates them. An answer without a
-/// cause says that the machine is right, so all its errors must be slight or due to noise.
+/// cause says that the machine is right, so all its errors must be slight or due to noise. One believed value
+/// at its limit may be a little beyond; two at once are no chance (`limits` counts them).
 pub(super) fn left(
     horizons: &[Horizon],
     [refitted, missing]: [f64; 2],
     drive_force: f64,
-    [is_found, is_balanced]: [bool; 2],
+    ([is_found, is_balanced], limits): ([bool; 2], usize),
     criteria: &Criteria,
 ) -> Vec<String> {
     let mut found = Vec::new();
@@ -64,7 +65,8 @@ pub(super) fn left(
                 let most = (criteria.most_floors * shortest.floor).max(criteria.most_left);
                 shortest.beyond(after) > most && !is_balanced
             } else {
-                after > (criteria.most_floors * shortest.noise()).max(criteria.slight)
+                let least = if limits == 1 { criteria.most_left } else { criteria.slight };
+                after > (criteria.most_floors * shortest.noise()).max(least)
             }
         };
         match shortest.after {
@@ -128,11 +130,15 @@ pub(super) fn are_better(horizons: &[Horizon], criteria: &Criteria) -> bool {
     reach_far(horizons) && ahead(horizons).all(is_better)
 }
 
-/// Describes the shortest horizon of up to a second at which predictions lose the motion.
+/// Describes the shortest horizon of up to a second at which predictions lose the motion, if noise alone does
+/// not.
 pub(super) fn lost(horizons: &[Horizon], criteria: &Criteria) -> Option<String> {
     let is_lost = |horizon: &&Horizon| {
+        let is_known = horizon.noise() < criteria.lost;
         let most = (criteria.most_floors * horizon.floor).max(criteria.most_left_far);
-        horizon.seconds.is_some() && horizon.after.is_some_and(|after| horizon.beyond(after) > most)
+        horizon.seconds.is_some()
+            && is_known
+            && horizon.after.is_some_and(|after| horizon.beyond(after) > most)
     };
     let lost = horizons.iter().find(is_lost)?;
     Some(format!("over {} predictions are off by {} of the signal", lost.name(), share(lost.after?)))
@@ -264,16 +270,19 @@ mod tests {
     fn truth_what_is_left_counts_against_noise_signal_and_drive() {
         let criteria = Criteria::default();
         let told = |after: f64, missing: [f64; 2]| {
-            left(&[horizon(0.9, after)], missing, 10.0, [true, false], &criteria).len()
+            left(&[horizon(0.9, after)], missing, 10.0, ([true, false], 0), &criteria).len()
         };
         assert_eq!(told(0.03, [5.0, 0.5]), 0);
         assert_eq!(told(0.81, [5.0, 0.5]), 1);
         // A machine without a cause is right up to noise only.
         let without = |after: f64| {
             let horizons = [Horizon { floor: 0.002, ..horizon(after, after) }];
-            [false, true].map(|found| left(&horizons, [0.0; 2], 10.0, [found, false], &criteria).len())
+            let of = |found, limits| left(&horizons, [0.0; 2], 10.0, ([found, false], limits), &criteria);
+            [of(false, 0), of(false, 1), of(false, 2), of(true, 0)].map(|told| told.len())
         };
-        assert_eq!([without(0.007), without(0.03), without(0.06)], [[0, 0], [1, 0], [1, 1]]);
+        assert_eq!(without(0.007), [0; 4]);
+        assert_eq!(without(0.03), [1, 0, 1, 0]);
+        assert_eq!(without(0.06), [1; 4]);
         // Most of the force is explained, or hardly any of it.
         assert_eq!(told(0.03, [50.0, 3.0]), 0);
         assert_eq!(told(0.03, [4.0, 3.0]), 1);
@@ -281,6 +290,8 @@ mod tests {
             lost(&[horizon(0.9, 0.2), Horizon { seconds: None, ..horizon(2.0, 0.9) }], &criteria),
             None
         );
+        let unstable = Horizon { command_noise: 2.0, ..horizon(0.9, 8.0) };
+        assert_eq!(lost(&[unstable], &criteria), None);
         assert!(lost(&[horizon(0.9, 0.8)], &criteria).is_some_and(|told| told.contains("80.0 %")));
         assert_eq!(unclosed(0.9, &criteria), None);
         assert!(unclosed(0.16, &criteria).is_some_and(|told| told.contains("16.0 %")));

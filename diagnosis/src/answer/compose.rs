@@ -151,9 +151,12 @@ impl Judge<'_> {
         let sigma = self.deviations(accepted);
         let (mut adequacy, machine) = self.adequacy((accepted, &sigma), &field, &balanced, attempts, sizes);
         let adequate = !adequacy.is_short();
-        // Causes that make short predictions worse than calibration does explain nothing.
+        // Causes that make short predictions worse than calibration does explain nothing. Those that remove
+        // little of a slight error are not needed.
         let is_worse = gap.after > adequacy.criteria.most_worsening * gap.refit;
-        if !adequate && !accepted.causes.is_empty() && (adequacy.is_slight() || is_worse) {
+        let removes_much = gap.refit > ROUGH * gap.floor && gap.closed >= adequacy.criteria.least_closed;
+        let is_needless = adequacy.is_slight() && !removes_much;
+        if !adequate && !accepted.causes.is_empty() && (is_needless || is_worse) {
             return self.answer(calibrated, &[], attempts);
         }
         let known = certainty(&adequacy);
@@ -163,7 +166,8 @@ impl Judge<'_> {
         self.credit(accepted, &removed, &refit, &after, &mut effects);
         let near: Vec<&Scored> = alike(accepted, &field.sets, &field.evidence);
         let is_alone = field.own >= SURE && !adequacy.has_rival();
-        let verdict = match self.verdict(accepted, adequate || adequacy.is_slight(), is_alone, &near) {
+        let may_be_right = adequate || accepted.causes.is_empty() && adequacy.is_slight();
+        let verdict = match self.verdict(accepted, may_be_right, is_alone, &near) {
             Verdict::NoGap if self.is_open(&adequacy) && gap.refit > ROUGH * gap.floor => {
                 Verdict::UnknownCause
             }

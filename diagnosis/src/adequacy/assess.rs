@@ -83,6 +83,7 @@ pub(crate) fn assess(
         let strayed = held::strayed(task.dataset, free_run.and_then(|horizon| horizon.after));
         short(Condition::Horizons, strayed.into_iter().collect());
         short(Condition::Plausible, plausible::doubts(judge, accepted, &criteria));
+        short(Condition::Rivals, rivals::shaped(accepted).into_iter().collect());
         short(Condition::Rivals, rivals::rounded(judge, accepted));
         short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
     }

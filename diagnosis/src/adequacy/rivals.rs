@@ -18,6 +18,25 @@ const MOST_PREDICTED: usize = 4;
 /// Ratio of a command's noise to the force at a corner of its law above which the corner is rounded.
 const ROUNDS: f64 = 0.1;
 
+fn form(cause: &Candidate) -> Option<Form> {
+    dossier(cause.definition.kind).balance.map(|shown| shown.form)
+}
+
+/// Two causes that shape the force of one drive over its command, in words. Together they come close to any
+/// such curve. On six seeds all five such answers hid an effect outside the library.
+pub(super) fn shaped(accepted: &Scored) -> Option<String> {
+    let shapes = |cause: &&Candidate| matches!(form(cause), Some(Form::Limit | Form::Deadband | Form::Gain));
+    let mut shaping = accepted.causes.iter().filter(shapes);
+    let (first, second) = (shaping.next()?, shaping.next()?);
+    (first.site == second.site).then(|| {
+        format!(
+            "{} and {} together come close to any curve of a drive's force over its command, such as that of \
+             a drive that sags",
+            first.definition.kind, second.definition.kind
+        )
+    })
+}
+
 /// Gains and masses beside a limit or a dead band whose corners the noise of the measured command rounds, in
 /// words. Near a corner the mean force is not the force of the mean command. A gain or a mass makes up for
 /// part of the difference (errors in variables: Fuller, Measurement Error Models, 1987).
@@ -25,7 +44,6 @@ pub(super) fn rounded(judge: &Judge<'_>, accepted: &Scored) -> Vec<String> {
     let noises = judge.everything().into_iter().map(|r| force_noise(judge.dataset, r));
     let noise = noises.fold(0.0, f64::max);
     let Fitted { model, theta, .. } = &accepted.fitted;
-    let form = |cause: &Candidate| dossier(cause.definition.kind).balance.map(|shown| shown.form);
     let over_corner = |(i, cause): (usize, &Candidate)| match form(cause)? {
         Form::Limit | Form::Deadband => Some((cause.definition.kind, noise / model.parameters(i, theta)[0])),
         _ => None,

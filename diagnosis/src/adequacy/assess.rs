@@ -75,7 +75,7 @@ pub(crate) fn assess(
     short(Condition::Tolerance, tolerance::limits(task.dataset, accepted));
     if is_found {
         let partly = sizes.most_closed.and_then(|most| horizons::partly_closed(most, &criteria));
-        short(Condition::Rivals, partly.into_iter().chain(residual.untested()).collect());
+        short(Condition::Rivals, partly.into_iter().collect());
         for (is_little, what) in horizons::worsened(&horizons, &criteria) {
             short(if is_little { Condition::Far } else { Condition::Horizons }, vec![what]);
         }

@@ -95,13 +95,6 @@ impl Residual {
         self.traces.iter().any(is_telling) && self.traces.iter().all(is_chance)
     }
 
-    /// Says that the check records are too short for the test, if they are.
-    pub(super) fn untested(&self) -> Option<String> {
-        self.traces.is_empty().then(|| {
-            "the check records are too short to test whether the remaining error depends on something".into()
-        })
-    }
-
     /// Describes structure that matters. `refitted` is the force missing after calibration.
     pub(super) fn shortfalls(&self, refitted: f64, criteria: &Criteria) -> Vec<String> {
         let matters = |trace: &&ResidualTrace| {

@@ -10,7 +10,7 @@ use std::cmp::Reverse;
 
 use feeler_files::ColumnSpec;
 use feeler_plant::assembly::{Assembly, GROUND_NODE, Source, assemble};
-use feeler_plant::description::{Engagement, Machine, Quantity};
+use feeler_plant::description::{Axis, Engagement, Machine, Quantity};
 use indexmap::IndexMap;
 
 use super::compare::{Comparison, compare, difference, second_difference, smoothed};
@@ -369,7 +369,8 @@ impl Body<'_> {
     }
 
     pub(super) fn reading<'c>(&self, column: &'c str, quantity: Quantity) -> Reading<'c> {
-        Reading { column, quantity, scale: self.scale(column) }
+        let is_turning = self.dataset.machine.axis == Axis::Rotational;
+        Reading { column, quantity, scale: self.scale(column), is_turning }
     }
 
     /// The command of the drive that pushes a group, and the resulting acceleration of the group's mass in

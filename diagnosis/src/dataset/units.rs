@@ -36,6 +36,8 @@ pub(super) struct Reading<'a> {
     pub(super) quantity: Quantity,
     /// The factor from the stated unit and scale.
     pub(super) scale: f64,
+    /// Whether the axis turns, so that positions are angles.
+    pub(super) is_turning: bool,
 }
 
 /// Factors by which a reading in a wrong unit is too large, and the units.
@@ -44,22 +46,14 @@ fn factors(quantity: Quantity) -> &'static [(f64, &'static str)] {
         Quantity::Position => &[
             (1e3, "1000 (mm for m?)"),
             (1e2, "100 (cm for m?)"),
-            (DEGREES, "57.3 (degrees for radians?)"),
-            (STEPS, "652 (counts of 4096 a turn for radians?)"),
             (1e6, "a million (µm for m, or a clock in ms for s?)"),
         ],
-        Quantity::Velocity => &[
-            (1e3, "1000 (mm/s for m/s?)"),
-            (1e2, "100 (cm/s for m/s?)"),
-            (DEGREES, "57.3 (degrees for radians?)"),
-            (30.0 / std::f64::consts::PI, "9.55 (turns a minute for rad/s?)"),
-        ],
+        Quantity::Velocity => &[(1e3, "1000 (mm/s for m/s?)"), (1e2, "100 (cm/s for m/s?)")],
         Quantity::Acceleration => &[
             (1e3, "1000 (mm/s² for m/s²?)"),
             (1e2, "100 (cm/s² for m/s²?)"),
             (1.0 / GRAVITY, "1/9.81 (g for m/s²?)"),
             (GRAVITY, "9.81 (converted from g twice?)"),
-            (DEGREES, "57.3 (degrees for radians?)"),
         ],
         _ => &[
             (1e-3, "1/1000 (kN for N?)"),
@@ -70,17 +64,32 @@ fn factors(quantity: Quantity) -> &'static [(f64, &'static str)] {
     }
 }
 
+/// The same for angles.
+fn factors_of_angles(quantity: Quantity) -> &'static [(f64, &'static str)] {
+    match quantity {
+        Quantity::Position => {
+            &[(DEGREES, "57.3 (degrees for radians?)"), (STEPS, "652 (counts of 4096 a turn for radians?)")]
+        }
+        Quantity::Velocity => &[
+            (DEGREES, "57.3 (degrees for radians?)"),
+            (30.0 / std::f64::consts::PI, "9.55 (turns a minute for rad/s?)"),
+        ],
+        Quantity::Acceleration => &[(DEGREES, "57.3 (degrees for radians?)")],
+        _ => &[],
+    }
+}
+
 /// A reversed sign, in words.
 pub(super) const SIGN: &str = "-1 (a sign?)";
 
 /// The confused units that a factor suggests, in words; `near` is its relative tolerance.
-pub(super) fn mixed_up(factor: f64, quantity: Quantity, near: f64) -> Option<&'static str> {
+fn mixed_up(factor: f64, reading: Reading<'_>, near: f64) -> Option<&'static str> {
     if factor < 0.0 {
         return ((-factor).ln().abs() < near.ln_1p()).then_some(SIGN);
     }
     let off = |wanted: f64| (factor / wanted).ln().abs();
-    factors(quantity)
-        .iter()
+    let angles = if reading.is_turning { factors_of_angles(reading.quantity) } else { &[] };
+    (factors(reading.quantity).iter().chain(angles))
         .filter(|(wanted, _)| off(*wanted) < near.ln_1p())
         .min_by(|a, b| off(a.0).total_cmp(&off(b.0)))
         .map(|(_, what)| *what)
@@ -107,15 +116,15 @@ pub(super) fn wrong(
     if !is_second_right && is_stated(1.0 / factor, second.scale, near) {
         return Some((true, STATED));
     }
-    if let Some(what) = mixed_up(factor, first.quantity, near) {
+    if let Some(what) = mixed_up(factor, first, near) {
         return Some((false, what));
     }
     if factor < 0.0 {
         return None;
     }
     // Smaller ratios may be a property of the machine.
-    let inverse = mixed_up(1.0 / factor, second.quantity, near)
-        .filter(|_| !(1.0 / HOPELESS..HOPELESS).contains(&factor));
+    let inverse =
+        mixed_up(1.0 / factor, second, near).filter(|_| !(1.0 / HOPELESS..HOPELESS).contains(&factor));
     let is_push = |reading: &Reading<'_>| matches!(reading.quantity, Quantity::Command | Quantity::Force);
     let hopeless = if [first, second].iter().any(is_push) { HOPELESS_PUSH } else { HOPELESS };
     match inverse {
@@ -134,15 +143,21 @@ mod tests {
 
     #[test]
     fn truth_units_are_told_by_their_factor_and_its_direction() {
-        assert!(mixed_up(0.1, Quantity::Acceleration, 0.15).unwrap().contains("g for m/s²"));
-        assert!(mixed_up(1020.0, Quantity::Position, 0.15).unwrap().contains("mm for m"));
-        assert!(mixed_up(9.7e-4, Quantity::Force, 0.3).unwrap().contains("kN for N"));
-        assert!(mixed_up(-1.02, Quantity::Position, 0.15).unwrap().contains("sign"));
-        assert_eq!(mixed_up(1.3, Quantity::Force, 0.3), None);
+        let named = |factor, quantity, near| mixed_up(factor, reading(quantity, 1.0), near).unwrap();
+        assert!(named(0.1, Quantity::Acceleration, 0.15).contains("g for m/s²"));
+        assert!(named(1020.0, Quantity::Position, 0.15).contains("mm for m"));
+        assert!(named(9.7e-4, Quantity::Force, 0.3).contains("kN for N"));
+        assert!(named(-1.02, Quantity::Position, 0.15).contains("sign"));
+        assert_eq!(mixed_up(1.3, reading(Quantity::Force, 1.0), 0.3), None);
+        // A length is not in degrees, nor in counts of a turn.
+        let length = Reading { is_turning: false, ..reading(Quantity::Position, 1.0) };
+        assert_eq!(mixed_up(DEGREES, length, 0.15), None);
+        assert!(mixed_up(785.0, length, 0.3).unwrap().contains("mm for m"));
+        assert!(named(785.0, Quantity::Position, 0.3).contains("4096"));
     }
 
     fn reading(quantity: Quantity, scale: f64) -> Reading<'static> {
-        Reading { column: "a", quantity, scale }
+        Reading { column: "a", quantity, scale, is_turning: true }
     }
 
     #[test]

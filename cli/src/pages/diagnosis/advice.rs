@@ -166,7 +166,7 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
         Verdict::NoGap if is_slight(diagnosis) || diagnosis.adequacy.has_untried() => {
             "Use the calibrated values of machine.toml."
         }
-        Verdict::NoGap => "Use the calibrated values of machine.toml. There is no further cause to find.",
+        Verdict::NoGap => "Use the calibrated values of machine.toml. These records show no further cause.",
     };
     std::iter::once(words.to_owned()).chain(table).collect()
 }

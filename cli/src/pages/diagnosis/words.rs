@@ -162,6 +162,9 @@ pub(crate) fn closed(diagnosis: &Diagnosis, checks: usize) -> String {
         (true, false) => {
             return "Calibration alone reaches the noise floor: no gap is left.".into();
         }
+        (false, false) if diagnosis.verdict == Verdict::NoGap => {
+            return "What calibration leaves above the noise floor is too little to name a cause.".into();
+        }
         (false, false) => {
             return "No accepted effect closes the gap that calibration leaves above the floor.".into();
         }

@@ -17,8 +17,8 @@ const STRETCHES: usize = 400;
 const BACKWARD: f64 = -0.2;
 
 impl Body<'_> {
-    /// Reports a position that moves against its command, over all experiments together. A machine only takes
-    /// energy over a closed path. A drive at its limit may seem to give some back in one experiment.
+    /// Reports a position that moves against its command: over all experiments together, or in some of them
+    /// alone. A machine only takes energy over a closed path.
     pub(super) fn work(&self, odd: &mut Vec<Odd>) {
         let is_moved = self.assembly.drives.iter().any(|drive| drive.imposed.is_some())
             || self.assembly.contacts.iter().any(|contact| contact.profile.is_some());
@@ -40,12 +40,21 @@ impl Body<'_> {
             };
             let works: Vec<_> = self.dataset.records.iter().enumerate().filter_map(of).collect();
             let [work, plain] = [0, 1].map(|i| works.iter().map(|(.., both)| both[i]).sum::<f64>());
-            if work < BACKWARD * plain {
-                let backward = works.into_iter().filter(|(.., [work, _])| *work < 0.0);
-                odd.extend(backward.map(|(record, other, _)| {
-                    let kind = FaultKind::Units { other, factor: -1.0, what: SIGN, experiments: 1 };
-                    Odd { record, column: channel.column.clone(), kind }
-                }));
+            // If the others clearly take energy, one experiment that clearly gives some is turned by itself.
+            let most = if work < BACKWARD * plain {
+                0.0
+            } else if works.iter().any(|(.., [work, plain])| *work > -BACKWARD * plain) {
+                BACKWARD
+            } else {
+                continue;
+            };
+            let backward = works.into_iter().filter(|(.., [work, plain])| *work < most * plain);
+            let before = odd.len();
+            odd.extend(backward.map(|(record, other, _)| {
+                let kind = FaultKind::Units { other, factor: -1.0, what: SIGN, experiments: 1 };
+                Odd { record, column: channel.column.clone(), kind }
+            }));
+            if odd.len() > before {
                 return;
             }
         }

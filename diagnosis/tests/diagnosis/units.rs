@@ -157,8 +157,16 @@ fn truth_a_wrong_unit_is_named_where_friction_and_steps_hide_the_acceleration() 
         ("command", 10.0, "command", "no factor of common units (a current for a force"),
         ("command", 0.1, "command", "no factor of common units (a current for a force"),
     ] {
-        names(&accused(&machine, &columns, Some((column, factor))), named, words);
+        // Only an angle is in degrees, or in counts of a turn.
+        let axis = if words.contains("radians") { "axis = \"rotational\"\n" } else { "" };
+        names(&accused(&format!("{axis}{machine}"), &columns, Some((column, factor))), named, words);
     }
+    // The encoder is turned in the second experiment only, which begins at 40 s.
+    let turned: fn(f64) -> f64 = |t| wave(t)[0] * if t < 20.0 { 1.0 } else { -1.0 };
+    let columns_turned = [columns[0], ("place", "encoder.reading", "", turned)];
+    let found = accused(&machine, &columns_turned, None);
+    names(&found, "place", "-1 (a sign?)");
+    assert!(found[0].to_string().contains("b.csv"), "{}", found[0]);
     // Without the steps of the encoder either column may be wrong. If they are as stated, the command is.
     let kilo = Some(("command", 1e-3));
     names(&accused(&machine, &columns, kilo), "place", "1000 (mm for m?)");

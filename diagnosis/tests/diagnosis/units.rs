@@ -116,7 +116,8 @@ fn truth_every_column_of_a_force_axis_is_named_for_its_own_fault() {
         ("acceleration", -1.0, "-1 (a sign?)"),
         ("command", 1e-3, "1/1000 (kN for N?)"),
         ("place", 1e3, "1000 (mm for m?)"),
-        ("place", 4096.0 / std::f64::consts::TAU, "652 (counts of 4096 a turn for radians?)"),
+        // A length has no counts of a turn.
+        ("place", 4096.0 / std::f64::consts::TAU, "no factor of common units (counts?)"),
         ("place", 2e5, "no factor of common units (counts?)"),
         ("acceleration", 1.0 / 9.806_65, "1/9.81 (g for m/s²?)"),
         ("acceleration", 1e3, "1000 (mm/s² for m/s²?)"),

@@ -78,6 +78,13 @@ fn unsure(verdict: Verdict, own: f64) -> Option<String> {
     }
 }
 
+/// Whether causes make short predictions worse than calibration does, or remove little of a slight error.
+fn explains_nothing(gap: &Gap, adequacy: &Adequacy) -> bool {
+    let is_worse = gap.after > adequacy.criteria.most_worsening * gap.refit;
+    let removes_much = gap.refit > ROUGH * gap.floor && gap.closed >= adequacy.criteria.least_closed;
+    is_worse || adequacy.is_slight() && !removes_much
+}
+
 impl Judge<'_> {
     /// Share of the gap that accepted causes close.
     pub(crate) fn closed(&self, accepted: &Scored) -> f64 {
@@ -97,6 +104,19 @@ impl Judge<'_> {
         let Floors { square, read } = Floors::of(task, model, theta, &noise, &checks);
         let gap = size::gap(&before, &refit, &after, &square);
         Errors { refit, after, noise, read, gap }
+    }
+
+    /// Errors that the conditions use. `missing_force_n` is the force missing after calibration and with the
+    /// accepted causes, `read` the floor due to the channels.
+    fn sizes(&self, accepted: &Scored, missing_force_n: [f64; 2], gap: &Gap, read: f64) -> Sizes {
+        let noise_n = noise_force(&self.search.task, accepted, &self.checks());
+        let beyond = |force: f64| (force * force - noise_n * noise_n).max(0.0).sqrt();
+        Sizes {
+            floor: read,
+            closed: (gap.after > ROUGH * gap.floor).then_some(gap.closed),
+            most_closed: (gap.refit > ROUGH * gap.floor).then_some(gap.closed_ci90[1]),
+            missing_force_n: missing_force_n.map(beyond),
+        }
     }
 
     /// The reasons why an answer is not called explained, and the proposed machine. `sigma` holds the
@@ -140,23 +160,14 @@ impl Judge<'_> {
 
         let field = self.field(accepted, rivals);
         let missing_force_n = [calibrated, accepted].map(|scored| missing_force(task, scored, &checks));
-        let noise_n = noise_force(task, accepted, &checks);
-        let beyond_noise_n = missing_force_n.map(|force| (force * force - noise_n * noise_n).max(0.0).sqrt());
-        let closed = (gap.after > ROUGH * gap.floor).then_some(gap.closed);
-        let most_closed = (gap.refit > ROUGH * gap.floor).then_some(gap.closed_ci90[1]);
-        let sizes = Sizes { floor: read, closed, most_closed, missing_force_n: beyond_noise_n };
+        let sizes = self.sizes(accepted, missing_force_n, &gap, read);
         let tried = [attempts.fitted.as_slice(), &attempts.screened].into_iter();
         let balanced: Vec<&Scored> =
             tried.flat_map(|tried| as_good(self, accepted, tried, &Criteria::default())).collect();
         let sigma = self.deviations(accepted);
         let (mut adequacy, machine) = self.adequacy((accepted, &sigma), &field, &balanced, attempts, sizes);
         let adequate = !adequacy.is_short();
-        // Causes that make short predictions worse than calibration does explain nothing. Those that remove
-        // little of a slight error are not needed.
-        let is_worse = gap.after > adequacy.criteria.most_worsening * gap.refit;
-        let removes_much = gap.refit > ROUGH * gap.floor && gap.closed >= adequacy.criteria.least_closed;
-        let is_needless = adequacy.is_slight() && !removes_much;
-        if !adequate && !accepted.causes.is_empty() && (is_needless || is_worse) {
+        if !adequate && !accepted.causes.is_empty() && explains_nothing(&gap, &adequacy) {
             return self.answer(calibrated, &[], attempts);
         }
         let known = certainty(&adequacy);

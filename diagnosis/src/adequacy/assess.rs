@@ -50,16 +50,13 @@ pub(crate) fn assess(
     let missing = shares.map_or(missing, |shares| shares.map(|share| share * residual.drive_force_n));
     let is_noise = !is_found && residual.is_noise(&criteria) && horizons::are_fair(&horizons, &criteria);
     let missing = if is_noise { [0.0; 2] } else { missing };
-    let limits = accepted.fitted.model.at_limits(&accepted.fitted.theta).len();
+    if !is_found {
+        let limits = accepted.fitted.model.at_limits(&accepted.fitted.theta).len();
+        short(Condition::Left, horizons::beyond_noise(&horizons, limits, &criteria).into_iter().collect());
+    }
     short(
         Condition::Left,
-        horizons::left(
-            &horizons,
-            missing,
-            residual.drive_force_n,
-            ([is_found, is_balanced], limits),
-            &criteria,
-        ),
+        horizons::left(&horizons, missing, residual.drive_force_n, [is_found, is_balanced], &criteria),
     );
     if task.dataset.machine.contacts.is_empty() {
         short(Condition::Left, horizons::lost(&horizons, &criteria).into_iter().collect());

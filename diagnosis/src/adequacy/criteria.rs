@@ -19,7 +19,8 @@ pub struct Criteria {
     /// the whole motion.
     pub most_left_far: f64,
     /// Error of the calibrated machine's short predictions, as a share of every channel's variation. A
-    /// smaller error is too small to name a cause, unless one cause explains all of it.
+    /// smaller error is too small to name a cause, unless the causes explain all of it, or remove
+    /// [`Self::least_closed`] of one above two noise floors.
     pub slight: f64,
     /// The limit `slight` for longer horizons of up to a second.
     pub slight_far: f64,

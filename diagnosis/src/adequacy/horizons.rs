@@ -47,35 +47,42 @@ impl Horizon {
     }
 }
 
+/// Describes the error of short predictions of a machine without a cause. Such an answer says that the
+/// machine is right, so its errors must be slight or due to noise. One believed value at its limit may be a
+/// little beyond; two at once are no chance (`limits` counts them).
+pub(super) fn beyond_noise(horizons: &[Horizon], limits: usize, criteria: &Criteria) -> Option<String> {
+    let shortest = horizons.first()?;
+    let least = if limits == 1 { criteria.most_left } else { criteria.slight };
+    let most = (criteria.most_floors * shortest.noise()).max(least);
+    shortest.after.filter(|after| *after > most).map(|after| short_error(shortest, after))
+}
+
+fn short_error(shortest: &Horizon, after: f64) -> String {
+    format!(
+        "short predictions are off by {} of the signal, beside a noise floor of {}",
+        share(after),
+        share(shortest.noise())
+    )
+}
+
 /// Describes remaining errors that are large against both noise and signal. Where forces balance, short
-/// predictions of causes do not count, because the noise of the command dominates them. An answer without a
-/// cause says that the machine is right, so all its errors must be slight or due to noise. One believed value
-/// at its limit may be a little beyond; two at once are no chance (`limits` counts them).
+/// predictions do not count, because the noise of the command dominates them. Those without a cause are
+/// tested by [`beyond_noise`].
 pub(super) fn left(
     horizons: &[Horizon],
     [refitted, missing]: [f64; 2],
     drive_force: f64,
-    ([is_found, is_balanced], limits): ([bool; 2], usize),
+    [is_found, is_balanced]: [bool; 2],
     criteria: &Criteria,
 ) -> Vec<String> {
     let mut found = Vec::new();
     if let Some(shortest) = horizons.first() {
-        let is_large = |after: f64| {
-            if is_found {
-                let most = (criteria.most_floors * shortest.floor).max(criteria.most_left);
-                shortest.beyond(after) > most && !is_balanced
-            } else {
-                let least = if limits == 1 { criteria.most_left } else { criteria.slight };
-                after > (criteria.most_floors * shortest.noise()).max(least)
-            }
-        };
+        let most = (criteria.most_floors * shortest.floor).max(criteria.most_left);
         match shortest.after {
             None => found.push("the repaired machine's prediction is not finite".into()),
-            Some(after) if is_large(after) => found.push(format!(
-                "short predictions are off by {} of the signal, beside a noise floor of {}",
-                share(after),
-                share(shortest.noise())
-            )),
+            Some(after) if is_found && !is_balanced && shortest.beyond(after) > most => {
+                found.push(short_error(shortest, after));
+            }
             Some(_) => {}
         }
     }
@@ -270,15 +277,18 @@ mod tests {
     fn truth_what_is_left_counts_against_noise_signal_and_drive() {
         let criteria = Criteria::default();
         let told = |after: f64, missing: [f64; 2]| {
-            left(&[horizon(0.9, after)], missing, 10.0, ([true, false], 0), &criteria).len()
+            left(&[horizon(0.9, after)], missing, 10.0, [true, false], &criteria).len()
         };
         assert_eq!(told(0.03, [5.0, 0.5]), 0);
         assert_eq!(told(0.81, [5.0, 0.5]), 1);
         // A machine without a cause is right up to noise only.
         let without = |after: f64| {
             let horizons = [Horizon { floor: 0.002, ..horizon(after, after) }];
-            let of = |found, limits| left(&horizons, [0.0; 2], 10.0, ([found, false], limits), &criteria);
-            [of(false, 0), of(false, 1), of(false, 2), of(true, 0)].map(|told| told.len())
+            let [none, found] =
+                [false, true].map(|found| left(&horizons, [0.0; 2], 10.0, [found, false], &criteria).len());
+            assert_eq!(none, 0);
+            let of = |limits| usize::from(beyond_noise(&horizons, limits, &criteria).is_some());
+            [of(0), of(1), of(2), found]
         };
         assert_eq!(without(0.007), [0; 4]);
         assert_eq!(without(0.03), [1, 0, 1, 0]);

@@ -6,15 +6,15 @@ use indexmap::IndexMap;
 
 use crate::adequacy::{Adequacy, Criteria, Sizes, as_good, as_good_but_small, assess, further};
 use crate::answer::causes::{Field, look_alikes};
+use crate::answer::errors::{Errors, ROUGH};
 use crate::answer::next::next_experiment;
 use crate::budget::Stage;
 use crate::dataset::in_words;
 use crate::fit::least_squares::Fitted;
-use crate::fit::model::Model;
 use crate::fit::scored::Scored;
-use crate::gap::ladder::{ladder, missing_force, noise_force, what_is_left};
+use crate::gap::ladder::{ladder, missing_force, what_is_left};
 use crate::gap::locate::{heart, table};
-use crate::gap::size::{self, Floors};
+use crate::gap::size;
 use crate::gap::unknown::{self, in_sigmas};
 use crate::judge::{Attempts, Judge, LOOK_ALIKE};
 use crate::kinds::LATE_ROWS;
@@ -34,25 +34,12 @@ const RIVALLED: f64 = 0.9;
 const POINTED: f64 = 0.25;
 /// The same if the residual points clearly and no cause was found or left untried.
 const POINTED_ALONE: f64 = 0.7;
-/// An error above this many noise floors is an error of the model.
-const ROUGH: f64 = 2.0;
 /// Smallest number of places among look-alike causes at which the records do not determine the place.
 const PLACES_TO_TELL: usize = 3;
 /// Smallest ratio of variation to noise that a channel needs in its best experiment.
 const ENOUGH_EXCITATION: f64 = 5.0;
 /// The ratio that suffices for a single channel: an encoder alone is enough if its resolution is fine.
 const ENOUGH_ALONE: f64 = 50.0;
-
-/// Prediction errors over the check experiments.
-struct Errors {
-    refit: Vec<f64>,
-    after: Vec<f64>,
-    /// One sigma of every channel.
-    noise: Vec<f64>,
-    /// Error of short predictions that the noise of all channels leaves, over the scale.
-    read: f64,
-    gap: Gap,
-}
 
 /// The assumption on a winding that warms: no measurement shows its temperature at the start of a record.
 fn cold_start(machine: &Machine) -> Option<String> {
@@ -86,39 +73,6 @@ fn explains_nothing(gap: &Gap, adequacy: &Adequacy) -> bool {
 }
 
 impl Judge<'_> {
-    /// Share of the gap that accepted causes close.
-    pub(crate) fn closed(&self, accepted: &Scored) -> f64 {
-        self.errors(accepted).gap.closed
-    }
-
-    fn errors(&self, accepted: &Scored) -> Errors {
-        let (task, checks) = (&self.search.task, self.checks());
-        let calibrated = &self.search.calibrated.fitted;
-        let errors = |model: &Model, theta: &[f64]| size::square_errors(task, model, theta, &checks);
-        let refit = errors(&calibrated.model, &calibrated.theta);
-        let refit = refit.unwrap_or_else(|| vec![f64::INFINITY; checks.len()]);
-        let before = errors(&calibrated.model, &calibrated.model.start()).unwrap_or_else(|| refit.clone());
-        let Fitted { model, theta, .. } = &accepted.fitted;
-        let after = errors(model, theta).unwrap_or_else(|| refit.clone());
-        let noise = size::noise(task, model, theta);
-        let Floors { square, read } = Floors::of(task, model, theta, &noise, &checks);
-        let gap = size::gap(&before, &refit, &after, &square);
-        Errors { refit, after, noise, read, gap }
-    }
-
-    /// Errors that the conditions use. `missing_force_n` is the force missing after calibration and with the
-    /// accepted causes, `read` the floor due to the channels.
-    fn sizes(&self, accepted: &Scored, missing_force_n: [f64; 2], gap: &Gap, read: f64) -> Sizes {
-        let noise_n = noise_force(&self.search.task, accepted, &self.checks());
-        let beyond = |force: f64| (force * force - noise_n * noise_n).max(0.0).sqrt();
-        Sizes {
-            floor: read,
-            closed: (gap.after > ROUGH * gap.floor).then_some(gap.closed),
-            most_closed: (gap.refit > ROUGH * gap.floor).then_some(gap.closed_ci90[1]),
-            missing_force_n: missing_force_n.map(beyond),
-        }
-    }
-
     /// The reasons why an answer is not called explained, and the proposed machine. `sigma` holds the
     /// deviations of the accepted set's values.
     fn adequacy(

@@ -4,6 +4,7 @@ mod attempts;
 mod causes;
 pub(crate) mod compose;
 pub mod difference;
+mod errors;
 mod intervals;
 pub(crate) mod next;
 mod presliding;

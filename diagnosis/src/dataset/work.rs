@@ -18,7 +18,8 @@ const BACKWARD: f64 = -0.2;
 
 impl Body<'_> {
     /// Reports a position that moves against its command: over all experiments together, or in some of them
-    /// alone. A machine only takes energy over a closed path.
+    /// alone. A machine only takes energy over a closed path. A drive at its limit may seem to give a little
+    /// back in one of them.
     pub(super) fn work(&self, odd: &mut Vec<Odd>) {
         let is_moved = self.assembly.drives.iter().any(|drive| drive.imposed.is_some())
             || self.assembly.contacts.iter().any(|contact| contact.profile.is_some());
@@ -49,12 +50,13 @@ impl Body<'_> {
                 continue;
             };
             let backward = works.into_iter().filter(|(.., [work, plain])| *work < most * plain);
-            let before = odd.len();
-            odd.extend(backward.map(|(record, other, _)| {
+            let turned = backward.map(|(record, other, _)| {
                 let kind = FaultKind::Units { other, factor: -1.0, what: SIGN, experiments: 1 };
                 Odd { record, column: channel.column.clone(), kind }
-            }));
-            if odd.len() > before {
+            });
+            let turned: Vec<Odd> = turned.collect();
+            if !turned.is_empty() {
+                odd.extend(turned);
                 return;
             }
         }

@@ -47,6 +47,13 @@ pub(crate) struct Fitted {
     pub(crate) sigma: Vec<f64>,
 }
 
+/// A point of a fit, with its predictions of the fitted records.
+struct Point {
+    theta: Vec<f64>,
+    cost: f64,
+    predicted: Vec<Prediction>,
+}
+
 /// The part of a residual that exceeds the quantisation of its reading.
 pub(crate) fn beyond(residual: f64, dead_zone: f64) -> f64 {
     residual - residual.clamp(-dead_zone, dead_zone)
@@ -105,13 +112,21 @@ impl Task<'_> {
 
     /// Cost over the fitted records: [`PIECES`] times the mean loss of each channel, plus the priors.
     pub(crate) fn cost(&self, model: &Model, theta: &[f64]) -> f64 {
-        self.misfits(model, theta, &self.fitted).map_or(f64::INFINITY, |misfits| {
-            PIECES * misfits.iter().flatten().sum::<f64>() + Self::prior_cost(model, theta)
-        })
+        self.reached(model, theta.to_vec()).map_or(f64::INFINITY, |point| point.cost)
     }
 
-    /// The prediction with unknown `i` shifted slightly, and the shift. `None` if the model is invalid with
-    /// either sign of the shift.
+    /// A point with its cost and predictions; `None` if a record has no prediction.
+    fn reached(&self, model: &Model, theta: Vec<f64>) -> Option<Point> {
+        let predicted: Option<Vec<Prediction>> =
+            self.fitted.par_iter().map(|&r| self.predict(model, &theta, r)).collect();
+        let predicted = predicted?;
+        let misfits = self.fitted.iter().zip(&predicted).flat_map(|(&r, p)| self.misfit_of(r, p));
+        let cost = PIECES * misfits.sum::<f64>() + Self::prior_cost(model, &theta);
+        Some(Point { theta, cost, predicted })
+    }
+
+    /// The prediction with unknown `i` shifted slightly, and the shift. `None` if the unknown has no influence
+    /// or the model is invalid with either sign of the shift.
     pub(crate) fn moved(
         &self,
         model: &Model,
@@ -119,6 +134,9 @@ impl Task<'_> {
         i: usize,
         record: usize,
     ) -> Option<(Prediction, f64)> {
+        if model.is_idle(i) {
+            return None;
+        }
         let difference = model.unknowns[i].difference;
         [difference, -difference].into_iter().find_map(|step| {
             let mut probe = theta.to_vec();
@@ -127,17 +145,17 @@ impl Task<'_> {
         })
     }
 
-    /// Normal equations of one record: `J^T W J`, `J^T W r`. `still` is a direction in the unknowns that
-    /// changes no measured signal; empty if there is none. `None` also if the time is over.
+    /// Normal equations of one record, predicted as `base` at a point: `J^T W J`, `J^T W r`. `still` is a
+    /// direction in the unknowns that changes no measured signal; empty if there is none. `None` also if the
+    /// time is over.
     fn normal(
         &self,
         model: &Model,
         theta: &[f64],
         still: &[f64],
-        r: usize,
+        (r, base): (usize, &Prediction),
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = theta.len();
-        let base = self.predict(model, theta, r)?;
         // A step predicts once for each unknown. If predictions are slow, a step that begins in time would
         // end long after the budget.
         let is_in_time = || !self.budget.is_over(Stage::Compose);
@@ -147,10 +165,10 @@ impl Task<'_> {
         let mut a = DMatrix::zeros(n, n);
         let mut b = DVector::zeros(n);
         for c in 0..self.dataset.channels.len() {
-            let mut slopes = self.slopes(r, c, &base, &moved);
+            let mut slopes = self.slopes(r, c, base, &moved);
             without(still, &mut slopes);
-            let residuals = self.residuals(r, c, &base);
-            let weights = self.weights_beyond(r, c, &base, &residuals);
+            let residuals = self.residuals(r, c, base);
+            let weights = self.weights_beyond(r, c, base, &residuals);
             let factor = self.share(r, c);
             add_curvature(&mut a, factor, &slopes, &weights);
             add_gradient(&mut b, factor, &slopes, &times(&residuals, &weights));
@@ -161,46 +179,42 @@ impl Task<'_> {
     /// Fits from `start` in at most `steps` steps.
     pub(crate) fn fit(&self, model: &Model, start: &[f64], steps: usize) -> Fitted {
         let scale = self.shared_scale(model, start);
-        let begun = self.settled(model, start, self.cost(model, start), scale.as_ref());
-        let Fitted { theta, cost, sigma, .. } = self.descend(model, begun, scale.as_ref(), steps);
-        let (theta, cost) = self.settled(model, &theta, cost, scale.as_ref());
+        let sigma = vec![f64::INFINITY; start.len()];
+        let Some(begun) = self.reached(model, start.to_vec()) else {
+            return Fitted { model: model.clone(), theta: start.to_vec(), cost: f64::INFINITY, sigma };
+        };
+        let begun = self.settled(model, begun, scale.as_ref());
+        let (ended, sigma) = self.descend(model, begun, scale.as_ref(), steps);
+        let Point { theta, cost, .. } = self.settled(model, ended, scale.as_ref());
         Fitted { model: model.clone(), theta, cost, sigma }
     }
 
-    /// A point and its cost; or the point with the scale that the believed values prefer, if that costs less.
-    fn settled(
-        &self,
-        model: &Model,
-        theta: &[f64],
-        cost: f64,
-        scale: Option<&SharedScale>,
-    ) -> (Vec<f64>, f64) {
-        let settled = scale.map(|scale| scale.settled(model, theta));
-        let settled = settled.map(|settled| (self.cost(model, &settled), settled));
-        match settled.filter(|(tried, _)| *tried < cost) {
-            Some((tried, settled)) => (settled, tried),
-            None => (theta.to_vec(), cost),
-        }
+    /// A point; or that point with the scale that the believed values prefer, if it costs less.
+    fn settled(&self, model: &Model, point: Point, scale: Option<&SharedScale>) -> Point {
+        let settled = scale.and_then(|scale| self.reached(model, scale.settled(model, &point.theta)));
+        settled.filter(|settled| settled.cost < point.cost).unwrap_or(point)
     }
 
-    /// The iterations of a fit from a point with its cost.
+    /// The iterations of a fit from a point, and the standard deviations at its end.
     fn descend(
         &self,
         model: &Model,
-        (mut theta, mut cost): (Vec<f64>, f64),
+        mut here: Point,
         scale: Option<&SharedScale>,
         steps: usize,
-    ) -> Fitted {
-        let n = theta.len();
+    ) -> (Point, Vec<f64>) {
+        let n = here.theta.len();
         let mut damping = 1e-3;
         let mut sigma = vec![f64::INFINITY; n];
         for _ in 0..steps {
-            if !cost.is_finite() || self.budget.is_over(Stage::Compose) {
+            if !here.cost.is_finite() || self.budget.is_over(Stage::Compose) {
                 break;
             }
-            let still = scale.map_or_else(Vec::new, |scale| scale.direction(model, &theta));
+            let theta = &here.theta;
+            let still = scale.map_or_else(Vec::new, |scale| scale.direction(model, theta));
+            let records = self.fitted.par_iter().copied().zip(&here.predicted);
             let parts: Option<Vec<_>> =
-                self.fitted.par_iter().map(|&r| self.normal(model, &theta, &still, r)).collect();
+                records.map(|record| self.normal(model, theta, &still, record)).collect();
             let Some(parts) = parts else { break };
             let mut a = DMatrix::zeros(n, n);
             let mut b = DVector::zeros(n);
@@ -221,18 +235,16 @@ impl Task<'_> {
                 for i in 0..n {
                     damped[(i, i)] += damping * a[(i, i)].max(1e-9) + 1e-9;
                 }
-                let (low, high) = reach(&model.unknowns, &theta);
+                let (low, high) = reach(&model.unknowns, theta);
                 let Some(step) = minimise(&damped, &b, &low, &high) else {
                     damping *= 10.0;
                     continue;
                 };
-                let probe: Vec<f64> =
-                    theta.iter().zip(step.iter()).map(|(theta, step)| theta + step).collect();
-                let tried = self.cost(model, &probe);
-                if tried < cost {
-                    gained = Some(cost - tried);
-                    theta = probe;
-                    cost = tried;
+                let probe = theta.iter().zip(step.iter()).map(|(theta, step)| theta + step).collect();
+                let tried = self.reached(model, probe);
+                if let Some(tried) = tried.filter(|tried| tried.cost < here.cost) {
+                    gained = Some(here.cost - tried.cost);
+                    here = tried;
                     damping = (damping * 0.1).max(LEAST_DAMPING);
                     break;
                 }
@@ -241,12 +253,12 @@ impl Task<'_> {
             // If only priors separate two unknowns, the cost has a narrow valley along which a damped fit
             // advances slowly. One more step is therefore taken without damping.
             match gained {
-                Some(gain) if gain >= CONVERGED + CONVERGED_SHARE * cost => {}
+                Some(gain) if gain >= CONVERGED + CONVERGED_SHARE * here.cost => {}
                 Some(_) if damping > LEAST_DAMPING => damping = LEAST_DAMPING,
                 _ => break,
             }
         }
-        Fitted { model: model.clone(), theta, cost, sigma }
+        (here, sigma)
     }
 }
 

@@ -6,6 +6,7 @@ pub(crate) mod candidates;
 pub(crate) mod coarse;
 pub(crate) mod curvature;
 mod elongation;
+mod first_steps;
 pub(crate) mod glance;
 pub(crate) mod least_squares;
 mod leeway;

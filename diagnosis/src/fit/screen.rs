@@ -19,6 +19,8 @@ const TRIALS: usize = 4;
 /// Gain of the cost in one step below which screening stops, absolute and as a share of the cost.
 const SETTLED: f64 = 1.0;
 const SETTLED_SHARE: f64 = 1e-3;
+/// Bound on a fit's further gain, as a multiple of its last gain: converging steps halve their gain.
+const STILL_TO_GAIN: f64 = 2.0;
 
 /// A fitted model with its slopes on the fitted records.
 pub(crate) struct Linearised<'a> {
@@ -34,15 +36,33 @@ pub(crate) struct Linearised<'a> {
     pull: DVector<f64>,
 }
 
-/// A fit of a few steps, with the gain of its last step.
+/// A fit of a few steps, with a bound on the cost that further steps may reach.
 pub(crate) struct Screened {
     pub(crate) fitted: Fitted,
-    pub(crate) gain: f64,
+    pub(crate) bound: f64,
+}
+
+/// A fit under way, after some steps.
+pub(crate) struct Screening {
+    model: Model,
+    theta: Vec<f64>,
+    here: Trial,
+    damping: f64,
+    curvature: DMatrix<f64>,
+    /// Gain of the last step; infinite before the first.
+    gain: f64,
+}
+
+impl Screening {
+    /// The cost reached, and a bound on the cost that further steps may reach.
+    pub(crate) fn costs(&self) -> [f64; 2] {
+        [self.here.cost, self.here.cost - STILL_TO_GAIN * self.gain]
+    }
 }
 
 /// Trial values of an effect, with the other unknowns shifted to fit.
-struct Trial {
-    cost: f64,
+pub(crate) struct Trial {
+    pub(crate) cost: f64,
     shift: DVector<f64>,
     /// Shift of the other unknowns at which the robust weights were computed.
     weighed_at: DVector<f64>,
@@ -96,23 +116,29 @@ impl<'a> Linearised<'a> {
         Some(Self { task, base, slopes, normal, plain, pull })
     }
 
-    /// Takes a few steps from `start`. Its first unknowns are those of the base.
-    pub(crate) fn screen(&self, model: &Model, start: &[f64], steps: usize) -> Option<Screened> {
+    /// Begins at a start, which may have been tried already. Its first unknowns are those of the base.
+    pub(crate) fn begin(&self, model: Model, theta: Vec<f64>, tried: Option<Trial>) -> Option<Screening> {
+        let own = theta.len() - self.base.theta.len();
+        let here = tried.or_else(|| self.trial(&model, &theta))?;
+        let curvature = DMatrix::identity(own, own);
+        Some(Screening { model, theta, here, damping: 1e-2, curvature, gain: f64::INFINITY })
+    }
+
+    /// Takes a few steps, unless the last one gained next to nothing.
+    pub(crate) fn advance(&self, screening: &mut Screening, steps: usize) {
         let n = self.base.theta.len();
-        let own = start.len() - n;
-        let mut theta = start.to_vec();
-        let mut here = self.trial(model, &theta)?;
-        let mut damping = 1e-2;
-        let mut curvature = DMatrix::identity(own, own);
-        let mut gain = 0.0;
+        let Screening { model, theta, here, damping, curvature, gain } = screening;
         for _ in 0..steps {
-            let Some((a, b)) = self.own_normal(model, &theta, &here) else { break };
-            curvature = a;
-            gain = 0.0;
+            if *gain < SETTLED + SETTLED_SHARE * here.cost {
+                break;
+            }
+            *gain = 0.0;
+            let Some((a, b)) = self.own_normal(model, theta, here) else { break };
+            *curvature = a;
             for _ in 0..TRIALS {
                 let mut damped = curvature.clone();
-                for i in 0..own {
-                    damped[(i, i)] += damping * curvature[(i, i)].max(1e-9) + 1e-9;
+                for i in 0..b.len() {
+                    damped[(i, i)] += *damping * curvature[(i, i)].max(1e-9) + 1e-9;
                 }
                 let (low, high) = reach(&model.unknowns[n..], &theta[n..]);
                 let Some(step) = minimise(&damped, &b, &low, &high) else { break };
@@ -123,31 +149,29 @@ impl<'a> Linearised<'a> {
                 if let Some(there) = self.trial(model, &probe)
                     && there.cost < here.cost
                 {
-                    gain = here.cost - there.cost;
-                    (theta, here) = (probe, there);
-                    damping *= 0.1;
+                    *gain = here.cost - there.cost;
+                    (*theta, *here) = (probe, there);
+                    *damping *= 0.1;
                     break;
                 }
-                damping *= 10.0;
-            }
-            if gain < SETTLED + SETTLED_SHARE * here.cost {
-                break;
+                *damping *= 10.0;
             }
         }
+    }
+
+    /// The fit that a screening has reached.
+    pub(crate) fn end(&self, screening: Screening) -> Screened {
+        let [cost, bound] = screening.costs();
+        let Screening { model, mut theta, here, curvature, .. } = screening;
         for (theta, shift) in theta.iter_mut().zip(here.shift.iter()) {
             *theta += shift;
         }
         let sigma = deviations(&self.normal).into_iter().chain(deviations(&curvature)).collect();
-        let fitted = Fitted { model: model.clone(), theta, cost: here.cost, sigma };
-        Some(Screened { fitted, gain })
+        Screened { fitted: Fitted { model, theta, cost, sigma }, bound }
     }
 
-    /// The cost at trial values, with the other unknowns at their best fit within their bounds.
-    pub(crate) fn cost(&self, model: &Model, theta: &[f64]) -> f64 {
-        self.trial(model, theta).map_or(f64::INFINITY, |trial| trial.cost)
-    }
-
-    fn trial(&self, model: &Model, theta: &[f64]) -> Option<Trial> {
+    /// Trial values, with the other unknowns at their best fit within their bounds.
+    pub(crate) fn trial(&self, model: &Model, theta: &[f64]) -> Option<Trial> {
         let n = self.base.theta.len();
         let predictions: Option<Vec<Prediction>> =
             self.task.fitted.par_iter().map(|&r| self.task.predict(model, theta, r)).collect();
@@ -200,10 +224,15 @@ impl<'a> Linearised<'a> {
                             continue;
                         };
                         let factor = self.task.share(r, c);
-                        let (losses, weights): (Vec<f64>, Vec<f64>) =
-                            residuals.iter().map(|&residual| robust(residual)).unzip();
-                        cost += factor * losses.iter().sum::<f64>();
-                        add_gradient(&mut weighted, factor, slopes, &times(&residuals, &weights));
+                        let mut losses = 0.0;
+                        let weigh = |&residual: &f64| {
+                            let (loss, weight) = robust(residual);
+                            losses += loss;
+                            residual * weight
+                        };
+                        let weighed: Vec<f64> = residuals.iter().map(weigh).collect();
+                        cost += factor * losses;
+                        add_gradient(&mut weighted, factor, slopes, &weighed);
                         add_gradient(&mut alike, factor, slopes, &residuals);
                     }
                     (cost, weighted, alike)

@@ -3,7 +3,6 @@
 use std::sync::Mutex;
 
 use feeler_plant::description::Quantity;
-use feeler_plant::effects::Parameter;
 use feeler_problem::Problem;
 use rayon::prelude::*;
 
@@ -12,6 +11,7 @@ use crate::dataset::{Channel, Dataset};
 use crate::error::DiagnosisError;
 use crate::fit::balanced;
 use crate::fit::candidates::{Candidate, candidates};
+use crate::fit::first_steps::{first_steps, further_steps};
 use crate::fit::glance::glance;
 use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::model::Model;
@@ -21,26 +21,18 @@ use crate::fit::scored::Scored;
 use crate::fit::screen::{Linearised, Screened};
 use crate::fit::weights::Weights;
 use crate::inverse::{Balanced, Inverse};
-use crate::kinds::{Element, Glance, Seen, dossier, host_of};
+use crate::kinds::{Glance, Seen, host_of};
 use crate::predict::{Prediction, Predictor};
 
 /// Steps of a full fit.
 const STEPS: usize = 10;
-/// Steps after which candidates are compared, and steps after which unpromising ones are dropped.
-const SCREENING_STEPS: usize = 6;
-const FIRST_STEPS: usize = 2;
-/// Bound on a candidate's further gain, as a multiple of its last gain: converging steps halve their gain.
-const STILL_TO_GAIN: f64 = 2.0;
+/// Steps of calibration from each start.
+const CALIBRATION_STEPS: usize = 6;
 /// Reduction of the logarithm of the cost, as a share of the best candidate's. Evidence compares this
 /// logarithm. Below the first share a candidate is dropped after its first steps, below the second it is not
 /// fitted fully.
 const PROMISING: f64 = 0.1;
 const RIVAL: f64 = 0.2;
-/// Number of starts per candidate that are fitted, and the number if all predict worse than the base.
-const BEST_STARTS: usize = 3;
-const POOR_STARTS: usize = 2;
-/// Starts are equal if all their values differ by less than this, as a fraction.
-const NEIGHBOURS: f64 = 0.16;
 /// A candidate is fitted only if screening reduces the cost by this much. It is a fraction of the smallest
 /// evidence that is accepted: a nat corresponds to a cost of about ten.
 const WORTH_FITTING: f64 = 25.0;
@@ -163,7 +155,7 @@ fn calibrate(task: &Task<'_>, model: &Model) -> Fitted {
     // Untried causes are worse than a slightly inaccurate calibration.
     let is_late = || task.budget.is_over(Stage::Calibrate);
     let begun = starts.into_par_iter().enumerate().filter(|(i, _)| *i == 0 || !is_late());
-    let fits = begun.map(|(_, start)| task.fit(model, &start, SCREENING_STEPS));
+    let fits = begun.map(|(_, start)| task.fit(model, &start, CALIBRATION_STEPS));
     match fits.min_by(|a, b| a.cost.total_cmp(&b.cost)) {
         None => task.fit(model, &model.start(), STEPS),
         Some(best) if is_late() => best,
@@ -235,7 +227,7 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
             return (candidate, true, None);
         }
         let balanced = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&beside(candidate)));
-        let begun = screen(task, &linearised, base, candidate, balanced.as_ref(), glance);
+        let begun = first_steps(task, &linearised, base, candidate, balanced.as_ref(), glance);
         let is_late = is_late();
         cut.set(candidate, begun.is_some() && is_late);
         (candidate, begun.is_none() && is_late, begun.map(|begun| (begun, balanced)))
@@ -252,7 +244,7 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         begun.into_iter().filter_map(|(candidate, _, begun)| Some((candidate, begun?))).collect();
     let steepest = begun.iter().map(|(_, (begun, _))| decline(&begun.fitted)).fold(0.0, f64::max);
     let goes_on = |begun: &Screened| {
-        begun.fitted.cost - STILL_TO_GAIN * begun.gain < base.fitted.cost - WORTH_FITTING
+        begun.bound < base.fitted.cost - WORTH_FITTING
             && (decline(&begun.fitted) > PROMISING * steepest || begun.fitted.cost > base.fitted.cost)
     };
     let go_on = |(candidate, (begun, balanced)): (Candidate, Begun)| {
@@ -261,14 +253,9 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         if is_cut {
             cut.set(candidate, true);
         }
-        let further = if is_worth && !is_cut {
-            let mut start = begun.fitted.theta.clone();
-            start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
-            let further = linearised.screen(&begun.fitted.model, &start, SCREENING_STEPS - FIRST_STEPS);
-            further.map(|further| further.fitted).filter(|further| further.cost < begun.fitted.cost)
-        } else {
-            None
-        };
+        let goes_on = is_worth && !is_cut;
+        let further =
+            goes_on.then(|| further_steps(&linearised, &base.fitted.theta, &begun.fitted)).flatten();
         let fitted = further.unwrap_or(begun.fitted);
         let balanced = balanced.filter(|_| !task.budget.is_over(Stage::Fit));
         let lower = balanced.and_then(|found| balanced::lower(task, &fitted, &found));
@@ -341,66 +328,4 @@ fn overlooked(task: &Task<'_>, base: &Scored, fits: &mut Vec<Scored>, others: &m
 /// Fully fits a model that was dropped after a few steps.
 pub(crate) fn finished(task: &Task<'_>, scored: &Scored) -> Scored {
     score(task, scored.causes.clone(), task.fit(&scored.fitted.model, &scored.fitted.theta, STEPS))
-}
-
-/// The first steps with one effect in addition to `base`.
-fn screen(
-    task: &Task<'_>,
-    linearised: &Linearised<'_>,
-    base: &Scored,
-    candidate: Candidate,
-    balanced: Option<&Balanced>,
-    glance: &Glance,
-) -> Option<Screened> {
-    let element = Element::at(candidate.site, &task.dataset.machine, &task.dataset.tolerance);
-    let mut starts = (dossier(candidate.definition.kind).starts)(&element, glance);
-    starts.extend(balanced.and_then(|found| balanced_start(found, candidate)));
-    let mut begun: Vec<(f64, Model, Vec<f64>)> = starts
-        .into_iter()
-        .take_while(|_| !task.budget.is_over(Stage::Screen))
-        .map(|values| {
-            let model = base.fitted.model.with(candidate.site, candidate.definition, &values);
-            let mut start = model.start();
-            start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
-            (linearised.cost(&model, &start), model, start)
-        })
-        .filter(|(cost, ..)| cost.is_finite())
-        .collect();
-    begun.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // If the candidate makes a guide stick, how it preslides decides as much as the level.
-    let fresh = |model: &Model| model.has_free_presliding() && !base.fitted.model.has_free_presliding();
-    if let Some((_, model, start)) = begun.first().filter(|(_, model, _)| fresh(model)).cloned() {
-        let others = model.stiffer(&start).into_iter();
-        begun.extend(others.map(|start| (linearised.cost(&model, &start), model.clone(), start)));
-        begun.sort_by(|a, b| a.0.total_cmp(&b.0));
-    }
-    let mut apart: Vec<&(f64, Model, Vec<f64>)> = Vec::new();
-    for begin in &begun {
-        let most = if begin.0 < base.fitted.cost { BEST_STARTS } else { POOR_STARTS };
-        if apart.len() < most && apart.iter().all(|other| !are_neighbours(&begin.1, &other.1)) {
-            apart.push(begin);
-        }
-    }
-    apart
-        .into_iter()
-        .filter_map(|(_, model, start)| linearised.screen(model, start, FIRST_STEPS))
-        .min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost))
-}
-
-/// Values of a candidate, the last cause of a balance of forces, if they are a valid start.
-fn balanced_start(found: &Balanced, candidate: Candidate) -> Option<Vec<f64>> {
-    let values = found.values.last()?;
-    let parameters = candidate.definition.parameters;
-    let is_within = |(value, parameter): (&f64, &Parameter)| {
-        let (low, high) = parameter.bounds;
-        value.is_finite() && (low..=high).contains(value) && Some(*value) != parameter.null
-    };
-    values.iter().zip(parameters).all(is_within).then(|| values.clone())
-}
-
-/// Whether two starts of a candidate are so close that their fits reach the same point.
-fn are_neighbours(a: &Model, b: &Model) -> bool {
-    let values =
-        |model: &Model| model.tried.last().map(|tried| tried.effect.values.clone()).unwrap_or_default();
-    values(a).iter().zip(values(b)).all(|(a, b)| (a - b).abs() <= NEIGHBOURS * a.abs().max(b.abs()))
 }

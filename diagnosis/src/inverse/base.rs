@@ -4,7 +4,7 @@ use feeler_plant::assembly::{GROUND_NODE, assemble};
 use feeler_plant::description::{ActuatorKind, ElementKind, Quantity, Site};
 use feeler_plant::effects::{Kind, Place, Trait};
 
-use super::rows::Rows;
+use super::rows::{Named, Rows};
 use super::solve::Term;
 use crate::dataset::Dataset;
 use crate::fit::candidates::Candidate;
@@ -119,19 +119,19 @@ impl Base {
             && matches!(cause.site.table, ElementKind::Bodies | ElementKind::Springs | ElementKind::Actuators)
     }
 
-    /// The terms that no cause replaces.
-    pub(super) fn sides<'a>(&'a self, causes: &'a [Candidate]) -> impl Iterator<Item = &'a Side> {
-        let stays = |side: &&Side| match side {
+    /// The terms that no cause replaces, with their numbers.
+    pub(super) fn sides<'a>(&'a self, causes: &'a [Candidate]) -> impl Iterator<Item = (usize, &'a Side)> {
+        let stays = |(_, side): &(usize, &Side)| match side {
             Side::Effect(site, kind, ..) => {
                 !causes.iter().any(|cause| cause.site == *site && overlaps(cause.definition.kind, *kind))
             }
             _ => true,
         };
-        self.sides.iter().filter(stays)
+        self.sides.iter().enumerate().filter(stays)
     }
 
     pub(super) fn terms(&self, rows: &Rows, causes: &[Candidate]) -> Vec<Term> {
-        let of = |side: &Side| match side {
+        let of = |(i, side): (usize, &Side)| match side {
             Side::Mass(mass) => Term {
                 series: rows.acceleration.clone(),
                 low: mass / (1.0 + FRACTION),
@@ -141,7 +141,7 @@ impl Base {
                 Term { series: rows.speed.clone(), low: damping / LESS, high: damping * (1.0 + DAMPING) }
             }
             Side::Gravity(amplitude, phase) => Term {
-                series: rows.of_motion(0.0, |at| amplitude * (at.position + phase).sin()),
+                series: rows.force(Named::Side(i), 0.0, |at| amplitude * (at.position + phase).sin()),
                 low: 1.0 / (1.0 + FRACTION),
                 high: 1.0 + FRACTION,
             },
@@ -153,7 +153,7 @@ impl Base {
                 let force =
                     |at: At| forces.iter().zip(&coefficients).map(|(force, c)| c * (force.of)(at)).sum();
                 Term {
-                    series: rows.of_motion(shape, force),
+                    series: rows.force(Named::Side(i), shape, force),
                     low: 1.0 / (1.0 + tolerance),
                     high: 1.0 + tolerance,
                 }

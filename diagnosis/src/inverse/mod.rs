@@ -14,7 +14,7 @@ mod solve;
 
 use base::Base;
 pub(crate) use base::Part;
-use rows::{Measured, Rows, corner_hz};
+use rows::{Measured, Named, Rows, corner_hz};
 use solve::{Term, solve, sum};
 
 use family::Family;
@@ -180,7 +180,7 @@ impl Inverse {
     /// These factors with causes, from all coefficients.
     fn factors(&self, shaped: &Shaped<'_>, coefficients: &[f64]) -> Vec<(Part, f64)> {
         let sides = self.base.sides(shaped.causes).zip(coefficients);
-        sides.map(|(side, found)| side.over(found * shaped.gain())).collect()
+        sides.map(|((_, side), found)| side.over(found * shaped.gain())).collect()
     }
 
     /// Root mean square of the missing force over the drive force on the check experiments: with the believed
@@ -292,7 +292,7 @@ impl Inverse {
             let low = |is_signed: bool| if is_signed { f64::NEG_INFINITY } else { 0.0 };
             match shown.form {
                 Form::Forces(forces) => terms.extend(forces.iter().map(|force| Term {
-                    series: rows.of_motion(shape, force.of),
+                    series: rows.force(Named::Cause(force.of as usize, shape.to_bits()), shape, force.of),
                     low: low(force.is_signed),
                     high: f64::INFINITY,
                 })),

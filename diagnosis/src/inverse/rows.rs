@@ -1,6 +1,8 @@
 //! Records prepared for a balance of forces: motion and command, low-passed far above the motion.
 
+use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::sync::Mutex;
 
 use crate::filter;
 use crate::kinds::{At, Extent};
@@ -19,6 +21,17 @@ const ROWS_PER_CORNER: f64 = 48.0;
 const KEPT_PER_CORNER: f64 = 4.0;
 /// Periods of the corner that are omitted at either end, where the low-pass settles.
 const ENDS: f64 = 1.0;
+
+/// Largest number of values that an experiment keeps of forces, 16 MB.
+const MOST_KEPT_VALUES: usize = 1 << 21;
+
+/// A force of the motion: a side of the believed machine by its number, or a force of a cause by the address
+/// of its function and its shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Named {
+    Side(usize),
+    Cause(usize, u64),
+}
 
 /// The measured series of one experiment.
 pub(super) struct Measured<'a> {
@@ -60,6 +73,8 @@ pub(super) struct Rows {
     pub(super) middle: f64,
     /// Time of the first row, s.
     start_s: f64,
+    /// Forces of the motion that have been computed.
+    kept_forces: Mutex<HashMap<Named, Vec<f64>>>,
 }
 
 /// Corner frequency of the low-pass for a motion of frequency `motion`, rad/s.
@@ -102,6 +117,7 @@ impl Rows {
             weights: Vec::new(),
             middle: 0.0,
             start_s: measured.start_s,
+            kept_forces: Mutex::default(),
         };
         rows.weights = vec![1.0; rows.thin(&rows.speed).len()];
         rows
@@ -133,6 +149,7 @@ impl Rows {
     /// approaches its level exponentially with the distance moved (Dahl, Solid Friction Damping of Mechanical
     /// Vibrations, AIAA Journal 14, 1976).
     pub(super) fn turn_over(&mut self, way_m: f64) {
+        self.kept_forces = Mutex::default();
         let mut direction = self.light_speed.first().map_or(0.0, |v| v.signum());
         for k in 0..self.light_speed.len() {
             let [from, to] = [self.light_speed[k.saturating_sub(1)], self.light_speed[k]];
@@ -147,6 +164,19 @@ impl Rows {
             }
             self.direction[k] = direction;
         }
+    }
+
+    /// A force of the motion, as [`Self::of_motion`]. It is computed once.
+    pub(super) fn force(&self, named: Named, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
+        let kept = || self.kept_forces.lock().ok();
+        if let Some(known) = kept().and_then(|kept| kept.get(&named).cloned()) {
+            return known;
+        }
+        let force = self.of_motion(shape, f);
+        if let Some(mut kept) = kept().filter(|kept| kept.len() * force.len() < MOST_KEPT_VALUES) {
+            kept.insert(named, force.clone());
+        }
+        force
     }
 
     /// A function of the motion at every row, low-passed.

@@ -96,6 +96,7 @@ impl Tap {
     }
 
     /// Difference between reading and prediction.
+    #[inline(always)]
     fn beyond(&self, predicted: &[f64], series: &[Vec<f64>], row: usize) -> f64 {
         let measured = series[self.channel][(row + self.late).min(series[self.channel].len() - 1)];
         (measured - self.bias) / self.gain - predicted[self.channel]
@@ -342,6 +343,7 @@ impl Anchor {
     }
 
     /// Corrects a state at row `row`, over the time until the next row.
+    #[inline(always)]
     pub(super) fn correct(
         &self,
         machine: &Moving,

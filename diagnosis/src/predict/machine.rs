@@ -53,6 +53,7 @@ pub(super) struct Moving {
     is_imposed: bool,
     next: Vec<f64>,
     probe: Vec<f64>,
+    from: Vec<f64>,
 }
 
 impl Moving {
@@ -70,7 +71,15 @@ impl Moving {
         let checks = if let Precision::Rows(checks) = precision { checks } else { 1 };
         let flows = Flows::new(channels, spacing_s, checks);
         let is_imposed = motion.assembly().drives.iter().any(|drive| drive.imposed.is_some());
-        Ok(Self { is_imposed, motion, flows, precision, next: Vec::new(), probe: Vec::new() })
+        Ok(Self {
+            is_imposed,
+            motion,
+            flows,
+            precision,
+            next: Vec::new(),
+            probe: Vec::new(),
+            from: Vec::new(),
+        })
     }
 
     /// The initial state with filters at rest, after `change` has modified it.
@@ -221,10 +230,15 @@ impl Moving {
         }
         let parts = self.flows[i].parts(span_s);
         let part_s = span_s / parts as f64;
+        let mut from = std::mem::take(&mut self.from);
+        from.clone_from(&state.xi);
         for part in 0..parts {
-            let from = if part == 0 { state.xi.clone() } else { std::mem::take(out) };
-            self.average(i, part_s, recurring, from, out)?;
+            if part > 0 {
+                std::mem::swap(&mut from, out);
+            }
+            self.average(i, part_s, recurring, &mut from, out)?;
         }
+        self.from = from;
         Ok(())
     }
 
@@ -234,20 +248,21 @@ impl Moving {
         i: usize,
         span_s: f64,
         recurring: bool,
-        mut from: Vec<f64>,
+        from: &mut [f64],
         out: &mut Vec<f64>,
     ) -> Result<(), DiagnosisError> {
         let flow = &mut self.flows[i];
         if flow.has_sliding_bristles() {
             // Bristles settle within a fraction of a span. Their rate at its start, held throughout, would
             // be amplified by their damping.
-            let start = from.clone();
-            self.motion.average_terms(&flow.equations, &mut from, &start, span_s);
+            self.probe.clear();
+            self.probe.extend_from_slice(from);
+            self.motion.average_terms(&flow.equations, from, &self.probe, span_s);
         }
-        flow.move_by(span_s, recurring, &from, out)?;
+        flow.move_by(span_s, recurring, from, out)?;
         self.motion.fill_terms(&flow.equations, out);
-        self.motion.average_terms(&flow.equations, &mut from, out, span_s);
-        flow.move_by(span_s, recurring, &from, out)?;
+        self.motion.average_terms(&flow.equations, from, out, span_s);
+        flow.move_by(span_s, recurring, from, out)?;
         self.motion.fill_terms(&flow.equations, out);
         Ok(())
     }

@@ -53,6 +53,19 @@ pub struct Prediction {
     heats: Vec<f64>,
 }
 
+impl Prediction {
+    /// A prediction without rows, with room for them.
+    fn blank(rows: usize, contacts: usize, omega: f64) -> Self {
+        Self {
+            stroke: Vec::with_capacity(rows),
+            touching: Vec::with_capacity(rows),
+            compressions: vec![Vec::with_capacity(rows); contacts],
+            omega,
+            ..Self::default()
+        }
+    }
+}
+
 /// A machine prepared to follow one record.
 #[derive(Debug)]
 pub struct Predictor<'a> {
@@ -220,12 +233,11 @@ impl<'a> Predictor<'a> {
         let anchor = anchor.filter(|_| anchoring == Anchoring::Continuous);
         let mut window: Option<State> = None;
         let mut signals = vec![Vec::with_capacity(rows); self.dataset.channels.len()];
-        let mut prediction =
-            Prediction { omega: anchor.as_ref().map_or(0.0, Anchor::omega), ..Prediction::default() };
+        let omega = anchor.as_ref().map_or(0.0, Anchor::omega);
         let mut seen = Vec::new();
         let (channels, contacts) =
             (self.dataset.channels.len(), self.machine.motion.assembly().contacts.len());
-        prediction.compressions = vec![Vec::with_capacity(rows); contacts];
+        let mut prediction = Prediction::blank(rows, contacts, omega);
         dispatch(
             #[inline(always)]
             || -> Result<(), DiagnosisError> {
@@ -406,6 +418,7 @@ impl<'a> Predictor<'a> {
         self.machine.advance(state, dt - now_s)
     }
 
+    #[inline(always)]
     fn drive_on_delayed(
         &mut self,
         state: &mut State,
@@ -423,14 +436,16 @@ impl<'a> Predictor<'a> {
             }
         }
         arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut now = 0.0;
-        for (at, drive, value) in arrivals {
-            if at > now {
-                self.machine.advance(state, at - now)?;
-                now = at;
+        let (mut now, mut arrivals) = (0.0, arrivals.into_iter());
+        loop {
+            let next = arrivals.next();
+            let until = next.map_or(dt, |(at, ..)| at);
+            if until > now {
+                self.machine.advance(state, until - now)?;
+                now = until;
             }
+            let Some((_, drive, value)) = next else { return Ok(()) };
             self.machine.set_input(state, drive, value);
         }
-        self.machine.advance(state, dt - now)
     }
 }

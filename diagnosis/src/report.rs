@@ -170,6 +170,12 @@ impl fmt::Display for AttemptOutcome {
             Self::Accepted => f.write_str("accepted"),
             Self::WithinTolerance => f.write_str("fitted value within the tolerance of the believed one"),
             Self::NoEffect => f.write_str("fitted to nearly zero, or out of range"),
+            Self::TooLittle { gained_nats, needed_nats } if *gained_nats <= -0.5 => write!(
+                f,
+                "predicts the check experiments worse, by log odds of {:.0}; a gain of {needed_nats:.0} is \
+                 needed",
+                -gained_nats
+            ),
             Self::TooLittle { gained_nats, needed_nats } => {
                 write!(
                     f,

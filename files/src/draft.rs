@@ -382,7 +382,10 @@ pub fn read_text(path: &Path) -> Result<String, FormatError> {
                 "`feeler diagnose` takes it; name the machine file in it here",
             )
         } else {
-            ("this is a folder", "name a file in it; `feeler import` takes a folder of logs")
+            (
+                "this is a folder without a dataset.toml",
+                "name a file in it; `feeler import` takes a folder of logs",
+            )
         };
         return Err(unreadable(&name, what.into(), remedy));
     }

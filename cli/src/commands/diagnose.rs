@@ -127,16 +127,22 @@ fn summary(answer: &Examination) -> String {
 /// The changes to the believed machine, as text.
 fn change(answer: &Examination) -> String {
     if answer.difference.is_empty() {
-        return "nothing to change in the machine".into();
+        return nothing_to_change("the machine", answer);
     }
     format!("# changes to the believed machine\n{}", answer.difference.to_string().trim_end())
+}
+
+fn nothing_to_change(what: &str, answer: &Examination) -> String {
+    let is_early = answer.diagnosis.adequacy.has_untried();
+    let so_far = if is_early { " so far: the time ended before all causes were tried" } else { "" };
+    format!("nothing to change in {what}{so_far}")
 }
 
 /// Changes the machine file of a dataset. Reports the path of the copy of the old file.
 fn apply(dataset: &Path, answer: &Examination) -> crate::Result<String> {
     let path = DatasetFile::load(dataset)?.machine_path;
     if answer.difference.is_empty() {
-        return Ok(format!("nothing to change in {}", path.display()));
+        return Ok(nothing_to_change(&path.display().to_string(), answer));
     }
     let text = Document::load(&path)?.edited(&repaired::edits(answer))?;
     let backup = terminal::rewrite(&path, &text).map_err(|error| BadInput::unwritable(&path, &error))?;
@@ -161,7 +167,7 @@ fn not_applicable(verdict: Verdict, is_contradictory: bool, has_untried: bool) -
             "diagnose again with a larger --budget; `--changes` prints what comes nearest so far",
         ]),
         Verdict::UnknownCause => Some([
-            "no value of the file removes the gap: the real cause is another",
+            "no value within its tolerance removes the gap: the real cause is another",
             "inspect the place named above; `--changes` prints what comes nearest",
         ]),
         _ => None,

@@ -81,6 +81,9 @@ pub(crate) fn assess(
         short(Condition::Horizons, strayed.into_iter().collect());
         short(Condition::Plausible, plausible::doubts(judge, accepted, &criteria));
         short(Condition::Rivals, rivals::shaped(accepted).into_iter().collect());
+        let stroke_m = judge.search.seen.stroke_m();
+        let series = rivals::over_position(accepted, stroke_m).filter(|_| task.dataset.drives.len() == 1);
+        short(Condition::Rivals, series.into_iter().collect());
         short(Condition::Rivals, rivals::rounded(judge, accepted));
         short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
     }

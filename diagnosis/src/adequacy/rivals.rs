@@ -17,6 +17,8 @@ use crate::kinds::{Form, dossier};
 const MOST_PREDICTED: usize = 4;
 /// Ratio of a command's noise to the force at a corner of its law above which the corner is rounded.
 const ROUNDS: f64 = 0.1;
+/// With fewer periods within the stroke a ripple may stand for another force over position.
+const FEW_PERIODS: f64 = 6.0;
 
 fn form(cause: &Candidate) -> Option<Form> {
     dossier(cause.definition.kind).balance.map(|shown| shown.form)
@@ -33,6 +35,22 @@ pub(super) fn shaped(accepted: &Scored) -> Option<String> {
             "{} and {} together come close to any curve of a drive's force over its command, such as that of \
              a drive that sags",
             first.definition.kind, second.definition.kind
+        )
+    })
+}
+
+/// Gravity beside a ripple of few periods within the stroke, in words. Together they come close to any force
+/// over position. On five seeds both such answers hid the pull of a cable.
+pub(super) fn over_position(accepted: &Scored, stroke_m: f64) -> Option<String> {
+    let place = |kind: Kind| accepted.causes.iter().position(|cause| cause.definition.kind == kind);
+    let (_, ripple) = (place(Kind::Gravity)?, place(Kind::ForceRipple)?);
+    let values = accepted.values(ripple);
+    let pitch_m = values[1] / values[3];
+    (stroke_m < FEW_PERIODS * pitch_m).then(|| {
+        format!(
+            "{} and {} together come close to any force over position, such as the pull of a cable",
+            Kind::Gravity,
+            Kind::ForceRipple
         )
     })
 }
@@ -132,4 +150,44 @@ pub(crate) fn as_good_but_small(
     found.truncate(MOST_PREDICTED);
     let say = |name: String| format!("{name} explains as much, at a value too small to be a finding");
     found.into_iter().map(say).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use feeler_files::Document;
+    use indexmap::IndexMap;
+
+    use super::*;
+    use crate::fit::candidates::candidates;
+    use crate::fit::model::Model;
+
+    const ARM: &str = "axis = \"rotational\"\n[bodies.arm]\nmass = 2.0\n[springs.guide]\n\
+        between = [\"ground\", \"arm\"]\ndamping = 1.0\n[actuators.drive]\non = \"arm\"\n\
+        kind = \"force\"\n";
+
+    #[test]
+    fn truth_gravity_beside_a_ripple_of_few_periods_is_no_sure_cause() {
+        let machine = Document::parse(ARM, "arm.toml").unwrap().scenario.machine;
+        let all = candidates(&machine);
+        let with = |kinds: &[Kind]| {
+            let causes: Vec<Candidate> = kinds
+                .iter()
+                .map(|kind| *all.iter().find(|cause| cause.definition.kind == *kind).unwrap())
+                .collect();
+            let model = Model::calibration(&machine, &IndexMap::new()).unwrap();
+            let model = causes.iter().fold(model, |model, cause| {
+                let typical = cause.definition.parameters.iter().map(|parameter| parameter.typical);
+                model.with(cause.site, cause.definition, &typical.collect::<Vec<f64>>())
+            });
+            let theta = model.start();
+            let sigma = vec![0.0; theta.len()];
+            let fitted = Fitted { model, theta, cost: 0.0, sigma };
+            Scored { causes, fitted, misfits: Vec::new(), balanced: None }
+        };
+        let both = with(&[Kind::Gravity, Kind::ForceRipple]);
+        let pitch_m = both.values(1)[1] / both.values(1)[3];
+        assert!(over_position(&both, 2.0 * pitch_m).is_some_and(|told| told.contains("cable")));
+        assert_eq!(over_position(&both, 10.0 * pitch_m), None);
+        assert_eq!(over_position(&with(&[Kind::ForceRipple]), 2.0 * pitch_m), None);
+    }
 }

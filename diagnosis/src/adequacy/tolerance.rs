@@ -20,9 +20,11 @@ pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
         } else {
             format!("{:+.0} %", 100.0 * (fitted / believed - 1.0))
         };
+        let then =
+            if accepted.causes.is_empty() { "" } else { "; then the values of the causes are off too" };
         format!(
-            "{key} ends at the limit of its tolerance ({off}): its true value may lie beyond; then \
-             the values of the causes are off too (state a wider tolerance, or correct the believed value)"
+            "{key} ends at the limit of its tolerance ({off}): its true value may lie beyond{then} (state a \
+             wider tolerance, or correct the believed value)"
         )
     };
     let values = model.at_limits(theta).into_iter().map(say);

@@ -18,6 +18,8 @@ const FEWEST_ROWS: usize = 50;
 const GAP_FACTOR: f64 = 4.0;
 /// If rows are this many command holds apart, the unit of time is wrong: the commands in between are unknown.
 const MOST_HOLDS: f64 = 100.0;
+/// If a command changes more often than once in this share of its hold, the hold is wrong.
+const LEAST_HOLDS: f64 = 0.5;
 /// Largest relative departure from even spacing without interpolation.
 const UNEVEN_SHARE: f64 = 0.01;
 /// Smallest number of rows at an extreme value, and of consecutive ones, that indicates clipping: noise
@@ -149,6 +151,14 @@ impl Reader<'_> {
         let holds = &mut self.dataset.drives.iter().filter_map(|driven| driven.hold_s);
         if let Some(hold_s) = holds.find(|hold_s| spacing_s > MOST_HOLDS * hold_s) {
             note(None, None, FaultKind::SlowRows { spacing_s, hold_s });
+        }
+        let advances = times_s.windows(2).all(|pair| pair[1] > pair[0]);
+        for (driven, column) in self.dataset.drives.iter().zip(&columns).filter(|_| advances) {
+            let changes = column.windows(2).filter(|pair| pair[0].to_bits() != pair[1].to_bits()).count();
+            let every_s = rows as f64 * spacing_s / changes as f64;
+            if let Some(hold_s) = driven.hold_s.filter(|hold_s| every_s < LEAST_HOLDS * hold_s) {
+                note(Some(&driven.column), None, FaultKind::ShorterHold { every_s, hold_s });
+            }
         }
         let silent = self.column_faults(&names, &columns, &bridged, first_row, note)?;
         // The faults of the other columns are still reported.

@@ -9,7 +9,7 @@
 use std::cmp::Reverse;
 
 use feeler_files::ColumnSpec;
-use feeler_plant::assembly::{Assembly, GROUND_NODE, Source, assemble};
+use feeler_plant::assembly::{Assembly, GROUND_NODE, Link, Source, assemble};
 use feeler_plant::description::{Axis, Engagement, Machine, Quantity};
 use indexmap::IndexMap;
 
@@ -55,6 +55,9 @@ pub(super) struct Odd {
     pub(super) column: String,
     pub(super) kind: FaultKind,
 }
+
+/// The command of a drive, its column, and the mass that it moves.
+type Drive<'r> = (&'r Vec<f64>, String, f64);
 
 /// The machine, reduced to groups of rigidly joined bodies.
 pub(super) struct Body<'a> {
@@ -374,36 +377,36 @@ impl Body<'_> {
     }
 
     /// The command of the drive that pushes a group, and the resulting acceleration of the group's mass in
-    /// free motion.
+    /// free motion. `None` if a spring holds the group.
     pub(super) fn driven_by(&self, record: &Record, group: usize) -> Option<(String, Vec<f64>)> {
-        let (command, column, mass) = self.free_drive_of(record, group)?;
+        let ((command, column, mass), _) =
+            self.free_drive_of(record, group).filter(|(_, stiffness)| *stiffness <= 0.0)?;
         let span = Self::span(record);
         Some((column, smoothed(command, span).into_iter().map(|u| u / mass).collect()))
     }
 
-    /// [`Self::drive_of`] in free motion, if no spring holds the group.
-    pub(super) fn free_drive_of<'r>(
-        &self,
-        record: &'r Record,
-        group: usize,
-    ) -> Option<(&'r Vec<f64>, String, f64)> {
+    /// [`Self::drive_of`] in free motion, with the stiffness that holds the group against the ground. `None`
+    /// if a spring holds it against another body, or is not linear.
+    pub(super) fn free_drive_of<'r>(&self, record: &'r Record, group: usize) -> Option<(Drive<'r>, f64)> {
         let is_free = record
             .engagement
             .map_or(self.assembly.contacts.is_empty(), |engagement| engagement == Engagement::Free);
-        let held = self.assembly.links.iter().any(|link| {
-            !link.rigid
-                && link.stiffness > 0.0
-                && (self.groups[link.a] == group || self.groups[link.b] == group)
-        });
-        (is_free && !held).then(|| self.drive_of(record, group)).flatten()
+        let ends = |link: &Link| [link.a, link.b].map(|node| self.groups[node]);
+        let is_spring = |link: &&Link| {
+            let is_elastic = !link.rigid && link.stiffness > 0.0;
+            is_elastic && ends(link).contains(&group)
+        };
+        let held = |link: &Link| {
+            let is_to_ground = ends(link).contains(&self.groups[GROUND_NODE]);
+            let acts_partly = link.stop.is_some() || link.play > 0.0 || link.cubic != 0.0;
+            (is_to_ground && !acts_partly).then_some(link.stiffness)
+        };
+        let stiffness = self.assembly.links.iter().filter(is_spring).map(held).sum::<Option<f64>>()?;
+        is_free.then(|| Some((self.drive_of(record, group)?, stiffness))).flatten()
     }
 
-    /// The command of the only force drive of a group, its column, and the group's mass.
-    pub(super) fn drive_of<'r>(
-        &self,
-        record: &'r Record,
-        group: usize,
-    ) -> Option<(&'r Vec<f64>, String, f64)> {
+    /// The only force drive of a group.
+    pub(super) fn drive_of<'r>(&self, record: &'r Record, group: usize) -> Option<Drive<'r>> {
         let mut drives = self.dataset.drives.iter().zip(&record.commands).filter(|(driven, _)| {
             let is_looped = self.dataset.is_looped(driven.drive);
             let drive = &self.assembly.drives[driven.drive];

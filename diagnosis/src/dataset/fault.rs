@@ -59,6 +59,8 @@ pub enum FaultKind {
     },
     /// Rows are much farther apart than the hold time of commands.
     SlowRows { spacing_s: f64, hold_s: f64 },
+    /// A command changes much more often than its hold time allows.
+    ShorterHold { every_s: f64, hold_s: f64 },
     /// Row spacing differs slightly from that of other experiments, as with a fast or slow clock.
     OtherSpacing {
         spacing_s: f64,
@@ -261,6 +263,7 @@ impl Fault {
             (FaultKind::Constant { .. }, FaultKind::Constant { .. })
             | (FaultKind::ConstantCommand, FaultKind::ConstantCommand)
             | (FaultKind::SlowRows { .. }, FaultKind::SlowRows { .. })
+            | (FaultKind::ShorterHold { .. }, FaultKind::ShorterHold { .. })
             | (FaultKind::WeakExcitation { .. }, FaultKind::WeakExcitation { .. })
             | (FaultKind::BelowNoise { .. }, FaultKind::BelowNoise { .. }) => true,
             (FaultKind::Quantised { step: a }, FaultKind::Quantised { step: b }) => {

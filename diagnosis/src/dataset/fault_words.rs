@@ -51,6 +51,10 @@ impl FaultKind {
             Self::SlowRows { spacing_s, hold_s } => {
                 format!("rows are {spacing_s:.4} s apart, though a command is held for {hold_s} s")
             }
+            Self::ShorterHold { every_s, hold_s } => {
+                let [every, hold] = [every_s, hold_s].map(|time_s| short(1e3 * time_s));
+                format!("changes every {every} ms on average, though it is held for {hold} ms")
+            }
             Self::OtherSpacing { spacing_s, usual_s } => {
                 let [here, usual] = [spacing_s, usual_s].map(|spacing_s| short(1e3 * spacing_s));
                 format!("rows are {here} ms apart, in most experiments {usual} ms")
@@ -127,6 +131,9 @@ impl FaultKind {
             }
             Self::Cut { .. } => "record one more with `role = \"check\"` to choose what is scored",
             Self::Uneven { .. } => "series were brought to an even grid by interpolation",
+            Self::ShorterHold { .. } => {
+                "state the controller's period as `hold`, or remove `hold`; check the unit of time"
+            }
             Self::SlowRows { .. } => "bring the time to seconds, or record every command",
             Self::OtherSpacing { .. } => {
                 "taken as it is; if the recorder's rate was the same, correct its time stamps"

@@ -117,16 +117,18 @@ impl Task<'_> {
 
     /// A point with its cost and predictions; `None` if a record has no prediction.
     fn reached(&self, model: &Model, theta: Vec<f64>) -> Option<Point> {
-        let predicted: Option<Vec<Prediction>> =
-            self.fitted.par_iter().map(|&r| self.predict(model, &theta, r)).collect();
-        let predicted = predicted?;
-        let misfits = self.fitted.iter().zip(&predicted).flat_map(|(&r, p)| self.misfit_of(r, p));
-        let cost = PIECES * misfits.sum::<f64>() + Self::prior_cost(model, &theta);
+        let of = |&r: &usize| {
+            let prediction = self.predict(model, &theta, r)?;
+            Some((self.misfit_of(r, &prediction), prediction))
+        };
+        let found: Option<Vec<(Vec<f64>, Prediction)>> = self.fitted.par_iter().map(of).collect();
+        let (misfits, predicted): (Vec<Vec<f64>>, Vec<Prediction>) = found?.into_iter().unzip();
+        let cost = PIECES * misfits.iter().flatten().sum::<f64>() + Self::prior_cost(model, &theta);
         Some(Point { theta, cost, predicted })
     }
 
-    /// The prediction with unknown `i` shifted slightly, and the shift. `None` if the unknown has no influence
-    /// or the model is invalid with either sign of the shift.
+    /// The prediction with unknown `i` shifted slightly, and the shift. `None` if the unknown has no
+    /// influence, or if the model is invalid with either sign of the shift.
     pub(crate) fn moved(
         &self,
         model: &Model,

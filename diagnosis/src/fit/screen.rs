@@ -132,9 +132,11 @@ impl<'a> Linearised<'a> {
             if *gain < SETTLED + SETTLED_SHARE * here.cost {
                 break;
             }
-            *gain = 0.0;
-            let Some((a, b)) = self.own_normal(model, theta, here) else { break };
-            *curvature = a;
+            let Some((a, b)) = self.own_normal(model, theta, here) else {
+                *gain = if gain.is_finite() { *gain } else { 0.0 };
+                break;
+            };
+            (*curvature, *gain) = (a, 0.0);
             for _ in 0..TRIALS {
                 let mut damped = curvature.clone();
                 for i in 0..b.len() {

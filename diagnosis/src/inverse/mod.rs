@@ -125,7 +125,10 @@ impl Inverse {
             return None;
         }
         let extent = Rows::extent(&fitted);
-        fitted.iter_mut().chain(&mut checked).for_each(|rows| rows.middle = extent.middle());
+        let most_kept_values = rows::MOST_KEPT_VALUES / (fitted.len() + checked.len()).max(1);
+        for rows in fitted.iter_mut().chain(&mut checked) {
+            (rows.middle, rows.most_kept_values) = (extent.middle(), most_kept_values);
+        }
         let ends = fitted.iter().filter_map(|rows| rows.times_s().last().copied());
         let from_s =
             fitted.iter().filter_map(|rows| rows.times_s().first().copied()).fold(f64::MAX, f64::min);

@@ -22,8 +22,8 @@ const KEPT_PER_CORNER: f64 = 4.0;
 /// Periods of the corner that are omitted at either end, where the low-pass settles.
 const ENDS: f64 = 1.0;
 
-/// Largest number of values that an experiment keeps of forces, 16 MB.
-const MOST_KEPT_VALUES: usize = 1 << 21;
+/// Most values of forces that all experiments keep: 64 MB.
+pub(super) const MOST_KEPT_VALUES: usize = 1 << 23;
 
 /// A force of the motion: a side of the believed machine by its number, or a force of a cause by the address
 /// of its function and its shape.
@@ -73,7 +73,8 @@ pub(super) struct Rows {
     pub(super) middle: f64,
     /// Time of the first row, s.
     start_s: f64,
-    /// Forces of the motion that have been computed.
+    /// Forces of the motion that have been computed, and the most values that are kept of them.
+    pub(super) most_kept_values: usize,
     kept_forces: Mutex<HashMap<Named, Vec<f64>>>,
 }
 
@@ -117,6 +118,7 @@ impl Rows {
             weights: Vec::new(),
             middle: 0.0,
             start_s: measured.start_s,
+            most_kept_values: 0,
             kept_forces: Mutex::default(),
         };
         rows.weights = vec![1.0; rows.thin(&rows.speed).len()];
@@ -166,14 +168,15 @@ impl Rows {
         }
     }
 
-    /// A force of the motion, as [`Self::of_motion`]. It is computed once.
+    /// A force of the motion, as [`Self::of_motion`]. It is kept if there is room.
     pub(super) fn force(&self, named: Named, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
         let kept = || self.kept_forces.lock().ok();
         if let Some(known) = kept().and_then(|kept| kept.get(&named).cloned()) {
             return known;
         }
         let force = self.of_motion(shape, f);
-        if let Some(mut kept) = kept().filter(|kept| kept.len() * force.len() < MOST_KEPT_VALUES) {
+        if let Some(mut kept) = kept().filter(|kept| (kept.len() + 1) * force.len() <= self.most_kept_values)
+        {
             kept.insert(named, force.clone());
         }
         force

@@ -59,7 +59,7 @@ impl Prediction {
         Self {
             stroke: Vec::with_capacity(rows),
             touching: Vec::with_capacity(rows),
-            compressions: vec![Vec::with_capacity(rows); contacts],
+            compressions: (0..contacts).map(|_| Vec::with_capacity(rows)).collect(),
             omega,
             ..Self::default()
         }

@@ -175,6 +175,41 @@ fn truth_a_wrong_unit_is_named_where_friction_and_steps_hide_the_acceleration() 
     names(&accused(&machine, &columns, kilo), "command", "1/1000 (kN for N?)");
 }
 
+/// The believed spring stands in for the acceleration, which it exceeds in most of the motion.
+#[test]
+fn truth_a_wrong_unit_is_named_where_a_spring_holds_the_axis() {
+    let machine = FORCE_AXIS
+        .replace("[sensors.accelerometer]\nreads = \"tip.acceleration\"\nnoise = 0.01\n", "")
+        .replace("damping = 20.0", "damping = 20.0\nstiffness = 2000.0");
+    // At rest the spring is stretched by 0.1 m.
+    let push: fn(f64) -> f64 = |t| {
+        let [place, speed, acceleration] = wave(t);
+        5.0 * acceleration + 20.0 * speed + 10.0 * speed.signum() + 2000.0 * (place + 0.1)
+    };
+    let columns: [Column<'_>; 2] =
+        [("command", "drive.command", "", push), ("place", "encoder.reading", "", |t| wave(t)[0])];
+    assert_eq!(accused(&machine, &columns, None), Vec::<Fault>::new());
+    names(&accused(&machine, &columns, Some(("place", 1e3))), "place", "1000 (mm for m?)");
+    names(&accused(&machine, &columns, Some(("command", 1e3))), "command", "1000 (mN for N?)");
+    // A spring that is softer than believed is not a wrong unit. A stop that is not reached is not a spring.
+    assert_eq!(accused(&machine.replace("2000.0", "14000.0"), &columns, None), Vec::<Fault>::new());
+    let stop = "stiffness = 2000.0\neffects.hard-stop = { position = 0.9, stiffness = 1e6 }";
+    assert_eq!(accused(&machine.replace("stiffness = 2000.0", stop), &columns, None), Vec::<Fault>::new());
+    // Near the resonance, small errors of the spring change the needed force by a large factor.
+    let hum: fn(f64) -> f64 = |t| 0.1 * (0.97 * 20.0 * t).sin();
+    let push: fn(f64) -> f64 = |t| {
+        let phase = 0.97 * 20.0 * t;
+        0.1 * ((1900.0 - 5.0 * (0.97_f64 * 20.0).powi(2)) * phase.sin() + 20.0 * 19.4 * phase.cos())
+    };
+    let resonant: [Column<'_>; 2] =
+        [("command", "drive.command", "", push), ("place", "encoder.reading", "", hum)];
+    assert_eq!(accused(&machine, &resonant, None), Vec::<Fault>::new());
+    // Another body at the end of the spring may move as well.
+    let apart =
+        machine.replace("[\"ground\", \"tip\"]", "[\"base\", \"tip\"]") + "[bodies.base]\nmass = 9.0\n";
+    assert_eq!(accused(&apart, &columns, Some(("place", 1e3))), Vec::<Fault>::new());
+}
+
 /// Target and motion of a servo, and of a motor with a position loop, 40 ms apart.
 #[test]
 fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {

@@ -160,8 +160,8 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
             }
         }
         Verdict::UnknownCause => {
-            "Inspect the first place and the shape of the missing force there. No value in the machine file \
-             removes it."
+            "Inspect the first place and the shape of the missing force there. No value of the machine file \
+             removes this force within its tolerance."
         }
         Verdict::NoGap if is_slight(diagnosis) || diagnosis.adequacy.has_untried() => {
             "Use the calibrated values of machine.toml."

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::dataset::{Dataset, in_words};
 use feeler_diagnosis::{DiagnosisError, diagnose};
 use feeler_problem::Remedy;
 
@@ -58,6 +58,25 @@ fn regress_time_in_milliseconds_is_an_error() {
         said.contains("a.csv: rows are 1.0000 s apart") && said.contains("bring the time to seconds"),
         "{said}"
     );
+}
+
+#[test]
+fn truth_a_hold_longer_than_the_time_between_commands_is_a_warning() {
+    let warned = |hold: &str| {
+        let other = spoil(|k, row| row[2] += if k == 700 { 1e-8 } else { 0.0 });
+        let folder = folder(&[("a.csv", csv(&sound()).as_bytes()), ("b.csv", other.as_bytes())]);
+        let file = folder.path().join("dataset.toml");
+        let held = fs::read_to_string(&file)
+            .expect("it is there")
+            .replace("\"drive.command\"\n", &format!("\"drive.command\"\nhold = \"{hold}\"\n"));
+        fs::write(&file, held).expect("it is written");
+        let dataset = Dataset::load(folder.path()).expect("it is sound otherwise");
+        in_words(&dataset.warnings).join("\n")
+    };
+    let said = warned("50 ms");
+    assert!(said.contains("`command_n`: changes every 1.001 ms on average"), "{said}");
+    assert!(said.contains("though it is held for 50.000 ms"), "{said}");
+    assert!(!warned("1 ms").contains("held for"));
 }
 
 /// An accelerometer that is frozen in one of the experiments counts neither for nor against a machine there.

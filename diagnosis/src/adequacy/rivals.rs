@@ -1,7 +1,7 @@
 //! Tests whether a cause at another place predicts the check experiments as well, or better at longer
 //! horizons.
 
-use feeler_plant::effects::Kind;
+use feeler_plant::effects::{ForceRipple, Kind, Parameters};
 
 use super::ahead::error;
 use super::criteria::Criteria;
@@ -44,9 +44,8 @@ pub(super) fn shaped(accepted: &Scored) -> Option<String> {
 pub(super) fn over_position(accepted: &Scored, stroke_m: f64) -> Option<String> {
     let place = |kind: Kind| accepted.causes.iter().position(|cause| cause.definition.kind == kind);
     let (_, ripple) = (place(Kind::Gravity)?, place(Kind::ForceRipple)?);
-    let values = accepted.values(ripple);
-    let pitch_m = values[1] / values[3];
-    (stroke_m < FEW_PERIODS * pitch_m).then(|| {
+    let ForceRipple { pitch, harmonic, .. } = ForceRipple::of(&accepted.values(ripple));
+    (stroke_m < FEW_PERIODS * pitch / harmonic).then(|| {
         format!(
             "{} and {} together come close to any force over position, such as the pull of a cable",
             Kind::Gravity,
@@ -185,7 +184,7 @@ mod tests {
             Scored { causes, fitted, misfits: Vec::new(), balanced: None }
         };
         let both = with(&[Kind::Gravity, Kind::ForceRipple]);
-        let pitch_m = both.values(1)[1] / both.values(1)[3];
+        let ForceRipple { pitch: pitch_m, .. } = ForceRipple::of(&both.values(1));
         assert!(over_position(&both, 2.0 * pitch_m).is_some_and(|told| told.contains("cable")));
         assert_eq!(over_position(&both, 10.0 * pitch_m), None);
         assert_eq!(over_position(&with(&[Kind::ForceRipple]), 2.0 * pitch_m), None);

@@ -5,6 +5,7 @@ use std::fs;
 use feeler_diagnosis::dataset::{Dataset, in_words};
 use feeler_diagnosis::{DiagnosisError, diagnose};
 use feeler_problem::Remedy;
+use tempfile::TempDir;
 
 use super::{csv, folder, sound, spoil};
 
@@ -44,15 +45,20 @@ fn regress_a_check_that_copies_a_fitted_record_is_an_error() {
     assert_eq!(said_with(&other), Ok(()));
 }
 
+/// States the hold of the command in a dataset.
+fn state_hold(folder: &TempDir, hold: &str) {
+    let file = folder.path().join("dataset.toml");
+    let held = fs::read_to_string(&file)
+        .expect("it is there")
+        .replace("\"drive.command\"\n", &format!("\"drive.command\"\nhold = \"{hold}\"\n"));
+    fs::write(&file, held).expect("it is written");
+}
+
 #[test]
 fn regress_time_in_milliseconds_is_an_error() {
     let folder =
         folder(&[("a.csv", spoil(|_, row| row[0] *= 1e3).as_bytes()), ("b.csv", csv(&sound()).as_bytes())]);
-    let file = folder.path().join("dataset.toml");
-    let held = fs::read_to_string(&file)
-        .expect("it is there")
-        .replace("\"drive.command\"\n", "\"drive.command\"\nhold = \"1 ms\"\n");
-    fs::write(&file, held).expect("it is written");
+    state_hold(&folder, "1 ms");
     let said = Dataset::load(folder.path()).expect_err("an error").to_string();
     assert!(
         said.contains("a.csv: rows are 1.0000 s apart") && said.contains("bring the time to seconds"),
@@ -65,11 +71,7 @@ fn truth_a_hold_longer_than_the_time_between_commands_is_a_warning() {
     let warned = |hold: &str| {
         let other = spoil(|k, row| row[2] += if k == 700 { 1e-8 } else { 0.0 });
         let folder = folder(&[("a.csv", csv(&sound()).as_bytes()), ("b.csv", other.as_bytes())]);
-        let file = folder.path().join("dataset.toml");
-        let held = fs::read_to_string(&file)
-            .expect("it is there")
-            .replace("\"drive.command\"\n", &format!("\"drive.command\"\nhold = \"{hold}\"\n"));
-        fs::write(&file, held).expect("it is written");
+        state_hold(&folder, hold);
         let dataset = Dataset::load(folder.path()).expect("it is sound otherwise");
         in_words(&dataset.warnings).join("\n")
     };

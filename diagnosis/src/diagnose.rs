@@ -260,7 +260,7 @@ impl<'a> Composing<'a> {
             let is_last = self.accepted.causes.len() == 1;
             let fewer = self.judge.without(&self.accepted, absent);
             let is_needed = if is_last {
-                self.judge.closed(&self.accepted) >= least_closed
+                self.judge.closed(&self.accepted) >= least_closed || self.judge.is_play(&self.accepted)
             } else {
                 !self.judge.is_acceptable(&fewer)
             };

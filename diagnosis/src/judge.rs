@@ -309,6 +309,14 @@ impl Judge<'_> {
         self.is_finding(&loose).then_some((loose, evidence))
     }
 
+    /// Whether the only accepted cause is a free play whose impacts the records show. Predictions do not
+    /// follow impacts, so neither errors of predictions nor intervals speak against it.
+    pub(crate) fn is_play(&self, accepted: &Scored) -> bool {
+        let [cause] = accepted.causes[..] else { return false };
+        LIBRARY.iter().any(|one| dossier(one.kind).where_it_rattles == Some(cause.definition.kind))
+            && rattles(self.dataset).is_some()
+    }
+
     /// Removes causes without which the set is about as good.
     pub(crate) fn prune(&self, mut scored: Scored, keep: impl Fn(&Candidate) -> f64) -> Scored {
         let mut i = 0;

@@ -1,11 +1,13 @@
 //! Checks an answer against the balance of forces, if one counts. A further smooth force may balance clearly
 //! better, or other causes may balance as well.
 
+use feeler_plant::effects::Place;
+
 use super::criteria::Criteria;
 use super::horizons::share;
-use crate::fit::candidates::Candidate;
+use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::scored::{Scored, distinct};
-use crate::inverse::Smooth;
+use crate::inverse::{Family, Inverse, PER_UNKNOWN, Smooth};
 use crate::judge::{Asked, Judge};
 use crate::kinds::dossier;
 
@@ -19,11 +21,52 @@ const SAME_NATS: f64 = 1e-3;
 pub(super) fn beyond(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Option<Smooth> {
     let inverse = judge.search.task.inverse.as_ref().filter(|_| judge.weight > 0.0)?;
     let found = inverse.beyond(&accepted.causes);
-    let smooth = found.into_iter().filter(|smooth| smooth.share > criteria.smooth_share);
-    let smooth = smooth.max_by(|a, b| a.nats.total_cmp(&b.nats))?;
-    let matters = smooth.nats > criteria.smooth_nats
-        && smooth.left * smooth.share.max(0.0).sqrt() > criteria.smooth_force;
-    matters.then_some(smooth)
+    // Drag, a lag or a delay resembles a drive whose force falls with speed.
+    let is_other = |smooth: &Smooth| {
+        smooth.family != Family::Fading || smooth.nats > most_of_a_cause(inverse, judge, accepted)
+    };
+    let found = found.into_iter().filter(|smooth| matters(smooth, criteria) && is_other(smooth));
+    found.max_by(|a, b| a.nats.total_cmp(&b.nats))
+}
+
+fn matters(smooth: &Smooth, criteria: &Criteria) -> bool {
+    smooth.share > criteria.smooth_share
+        && smooth.nats > criteria.smooth_nats
+        && smooth.left * smooth.share.max(0.0).sqrt() > criteria.smooth_force
+}
+
+/// The most that one further cause gains in the balance of forces, nats.
+fn most_of_a_cause(inverse: &Inverse, judge: &Judge<'_>, accepted: &Scored) -> f64 {
+    let nats = |causes: &[Candidate]| inverse.weigh(causes).map_or(f64::NEG_INFINITY, |found| found.nats);
+    let with = |cause: Candidate| nats(&[&accepted.causes[..], &[cause]].concat());
+    let most = candidates(&judge.dataset.machine).into_iter().map(with).fold(f64::NEG_INFINITY, f64::max);
+    most - nats(&accepted.causes)
+}
+
+/// A smooth force at one place instead of all accepted causes at other places, with its gain over these, nats.
+/// Polynomials of the motion resemble many causes. They are not evidence against one.
+pub(super) fn instead(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Option<(Smooth, f64)> {
+    let inverse = judge.search.task.inverse.as_ref().filter(|_| judge.weight > 0.0)?;
+    let own = inverse.weigh(&accepted.causes)?.nats;
+    let at = |place: Place| {
+        let kept: Vec<_> = accepted.causes.iter().copied().filter(|cause| cause.place == place).collect();
+        let base = inverse.weigh(&kept).filter(|_| kept.len() < accepted.causes.len())?.nats;
+        let found = inverse.beyond(&kept).into_iter().filter(|smooth| {
+            let family = smooth.family;
+            family != Family::Motion && family.place() == place && matters(smooth, criteria)
+        });
+        let gain = |smooth: &Smooth| base + smooth.nats - PER_UNKNOWN * smooth.family.unknowns() as f64 - own;
+        found.map(|smooth| (smooth, gain(&smooth))).max_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let places = [Place::Drive, Place::Guide].into_iter().filter_map(at);
+    places.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, gain)| *gain > -criteria.rival_nats)
+}
+
+/// Describes a smooth force instead of causes at other places.
+pub(super) fn replacing(smooth: Smooth, is_better: bool) -> String {
+    let place = smooth.family.place().name();
+    let how = if is_better { "better" } else { "as well" };
+    format!("a smooth force at the {place} instead of the causes elsewhere balances the forces {how}")
 }
 
 /// Ratio of the missing force to the drive force, after calibration and with the accepted causes. `None` if
@@ -43,7 +86,7 @@ pub(super) fn told(smooth: Smooth) -> String {
     format!(
         "a further smooth force at the {} would remove {} of the variance that these causes leave in the \
          balance of forces",
-        smooth.place.name(),
+        smooth.family.place().name(),
         share(smooth.share)
     )
 }

@@ -90,6 +90,9 @@ pub struct Adequacy {
     /// Place of a smooth force that no cause makes, if that force improves the balance clearly.
     #[serde(skip)]
     pub(crate) smooth: Option<Place>,
+    /// Whether that force balances better instead of the causes at other places.
+    #[serde(skip)]
+    pub(crate) is_replaced: bool,
     /// Whether the balance of forces leaves hardly any force missing.
     #[serde(skip)]
     pub(crate) is_balanced: bool,

@@ -121,7 +121,8 @@ impl Judge<'_> {
         let sigma = self.deviations(accepted);
         let (mut adequacy, machine) = self.adequacy((accepted, &sigma), &field, &balanced, attempts, sizes);
         let adequate = !adequacy.is_short();
-        if !adequate && !accepted.causes.is_empty() && explains_nothing(&gap, &adequacy) {
+        let is_nothing = || explains_nothing(&gap, &adequacy) && !self.is_play(accepted);
+        if !adequate && !accepted.causes.is_empty() && is_nothing() {
             return self.answer(calibrated, &[], attempts);
         }
         let known = certainty(&adequacy);
@@ -350,7 +351,8 @@ impl Judge<'_> {
         }
         if verdict == Verdict::UnknownCause {
             let is_alone = accepted.causes.is_empty() && pointer.is_clear;
-            let is_clear = (is_alone || smooth.is_some()) && !adequacy.has_untried();
+            let is_seen = (is_alone || smooth.is_some()) && !adequacy.has_untried();
+            let is_clear = is_seen || adequacy.is_replaced;
             let rest = if is_clear { POINTED_ALONE } else { POINTED };
             let chance = chances.entry(pointer.place.name()).or_insert(0.0);
             *chance = chance.max(rest);

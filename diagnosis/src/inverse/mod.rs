@@ -17,7 +17,7 @@ pub(crate) use base::Part;
 use rows::{Measured, Named, Rows, corner_hz};
 use solve::{Term, solve, sum};
 
-use family::Family;
+pub(crate) use family::Family;
 pub(crate) use smooth::Smooth;
 
 use crate::dataset::{Channel, Dataset, Record};
@@ -30,7 +30,7 @@ use feeler_plant::description::{Engagement, Quantity};
 /// Rows kept for each independent one: rows at twice the corner frequency are independent.
 const ROWS_PER_INDEPENDENT: f64 = 2.0;
 /// Additional evidence for each further unknown, nats.
-const PER_UNKNOWN: f64 = 1.5;
+pub(crate) const PER_UNKNOWN: f64 = 1.5;
 /// Iterations over the shapes of several causes, one shape after another.
 const ROUNDS: usize = 3;
 /// Smallest numbers of kept rows. The fitted experiments must determine every unknown, and the evidence of
@@ -252,7 +252,7 @@ impl Inverse {
     fn squares(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> Option<Vec<f64>> {
         let [mut fitted, mut checked] =
             [&self.fitted, &self.checked].map(|rows| self.balance(rows, shaped, smooth));
-        if smooth == Some(Family::Command) {
+        if let Some(family) = smooth.filter(|family| family.is_in_drive()) {
             let mut made = solve(&fitted.0, &fitted.1)?;
             if self.is_shifted {
                 // The shift of a measured command contains its noise.
@@ -263,7 +263,12 @@ impl Inverse {
             for ((terms, target), rows) in [(&mut fitted, &self.fitted), (&mut checked, &self.checked)] {
                 let weights: Vec<f64> = rows.iter().flat_map(|rows| rows.weights.iter().copied()).collect();
                 let command = sum(terms, &made, target.len());
-                terms.extend(self.drive_terms(&command, &weights));
+                terms.extend(if family == Family::Fading {
+                    let speeds: Vec<f64> = rows.iter().flat_map(|rows| rows.thin(&rows.speed)).collect();
+                    self.fading_terms(&command, &speeds)
+                } else {
+                    self.drive_terms(&command, &weights)
+                });
             }
         }
         let coefficients = solve(&fitted.0, &fitted.1)?;

@@ -1,24 +1,24 @@
 //! Tests whether a smooth force that no effect of the library makes would balance clearly better. At the
 //! guide such a force depends on position, speed, direction and time; in the drive it depends on the command.
 
-use feeler_plant::effects::Place;
+use std::f64::consts::TAU;
 
-use super::family::Family;
+use super::family::{FADES, Family, NODES};
 use super::rows::Rows;
-use super::solve::Term;
-use super::{Inverse, mean, nats};
+use super::solve::{Term, solve};
+use super::{Inverse, Shaped, mean, nats, squares};
 use crate::fit::candidates::Candidate;
+use crate::kinds::spread;
 
-/// Nodes over the stroke between which a force that depends on position is linear.
-const NODES: usize = 9;
-/// Time constants of a force that fades while a guide warms, as shares of the recorded time.
-const FADES: [f64; 2] = [0.05, 0.2];
+/// Trial pitches of friction that waves over the stroke, as shares of the stroke.
+const SHORTEST_WAVE: f64 = 0.04;
+const LONGEST_WAVE: f64 = 0.7;
+const WAVES: usize = 60;
 
 /// A smooth force in addition to some causes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Smooth {
-    /// The place at which it acts.
-    pub(crate) place: Place,
+    pub(crate) family: Family,
     /// Gain on the check experiments, nats.
     pub(crate) nats: f64,
     /// Share of the remaining variance on the check experiments that the force removes.
@@ -38,14 +38,9 @@ impl Inverse {
             let with = self.squares(&shaped, Some(family))?;
             let share = 1.0 - mean(&with) / left.max(f64::MIN_POSITIVE);
             let nats = nats(&before, &with);
-            Some(Smooth {
-                place: family.place(),
-                nats,
-                share,
-                left: self.force(&before) / self.drive_force(),
-            })
+            Some(Smooth { family, nats, share, left: self.force(&before) / self.drive_force() })
         };
-        Family::ALL.into_iter().filter_map(of).collect()
+        Family::PLAIN.into_iter().chain(self.waves(&shaped)).filter_map(of).collect()
     }
 
     /// The terms of a smooth force in the drive, a function of the command. `made` is the command that the
@@ -61,13 +56,57 @@ impl Inverse {
         shapes.into_iter().map(term).collect()
     }
 
+    /// The terms of a drive whose force falls with speed, as of a motor near its largest voltage. `made` as
+    /// in [`Self::drive_terms`].
+    pub(super) fn fading_terms(&self, made: &[f64], speeds: &[f64]) -> Vec<Term> {
+        let usual = self.extent.speed.max(f64::MIN_POSITIVE);
+        let shapes: [fn(f64) -> f64; 2] = [f64::abs, |v| v * v];
+        let term =
+            |f: fn(f64) -> f64| free(made.iter().zip(speeds).map(|(made, v)| made * f(v / usual)).collect());
+        shapes.into_iter().map(term).collect()
+    }
+
+    /// Friction that waves over the stroke, with the pitch that fits the fitted experiments best.
+    fn waves(&self, shaped: &Shaped<'_>) -> Option<Family> {
+        let stroke = self.extent.stroke();
+        let (terms, target) = self.balance(&self.fitted, shaped, None);
+        let left = |pitch: f64| {
+            let mut terms = terms.clone();
+            let mut waves: Vec<Term> = Vec::new();
+            for rows in &self.fitted {
+                let own = self.wave_terms(rows, pitch);
+                let weighed = own.into_iter().map(|term| Term { series: rows.weighed(&term.series), ..term });
+                if waves.is_empty() {
+                    waves = weighed.collect();
+                } else {
+                    waves.iter_mut().zip(weighed).for_each(|(all, term)| all.series.extend(term.series));
+                }
+            }
+            terms.extend(waves);
+            solve(&terms, &target).map_or(f64::INFINITY, |x| mean(&squares(&terms, &x, &target)))
+        };
+        let pitches = spread(SHORTEST_WAVE * stroke, LONGEST_WAVE * stroke, WAVES);
+        let tried = pitches.into_iter().map(|pitch| (left(pitch), pitch));
+        let (_, pitch_m) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(Family::Waves { pitch_m })
+    }
+
+    fn wave_terms(&self, rows: &Rows, pitch: f64) -> Vec<Term> {
+        let largest = self.extent.command.max(f64::MIN_POSITIVE);
+        let term = |f: fn(f64) -> f64| {
+            free(rows.of_motion(0.0, |at| largest * at.direction * f(TAU * at.position / pitch)))
+        };
+        [f64::sin as fn(f64) -> f64, f64::cos].into_iter().map(term).collect()
+    }
+
     /// The terms of a smooth force at the guide; none for a force in the drive.
     pub(super) fn guide_terms(&self, rows: &Rows, family: Family) -> Vec<Term> {
         match family {
+            Family::Waves { pitch_m } => self.wave_terms(rows, pitch_m),
             Family::Motion => self.motion_terms(rows),
             Family::Places => self.place_terms(rows),
             Family::Time => self.time_terms(rows),
-            Family::Command => Vec::new(),
+            Family::Command | Family::Fading => Vec::new(),
         }
     }
 

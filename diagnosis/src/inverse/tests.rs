@@ -187,7 +187,10 @@ fn truth_a_force_that_no_effect_makes_is_seen_at_its_place() {
     ];
     for force in forces {
         let smooth = beyond_friction(force);
-        assert!(smooth.place == Place::Guide && smooth.share > 0.5 && smooth.nats > 50.0, "{smooth:?}");
+        assert!(
+            smooth.family.place() == Place::Guide && smooth.share > 0.5 && smooth.nats > 50.0,
+            "{smooth:?}"
+        );
     }
 }
 

@@ -11,7 +11,7 @@ use crate::fit::odds::{ACCEPT, ACCEPT_ALL, room};
 use crate::fit::scored::Scored;
 use crate::fit::search::{Extended, extensions, search};
 use crate::judge::{ACCEPT_FURTHER, Asked, Attempts, Judge, PARSIMONY, force_over_position, prefer_simple};
-use crate::kinds::{Glance, overlaps};
+use crate::kinds::Glance;
 use crate::report::Diagnosis;
 
 /// Largest number of causes in an answer.
@@ -172,11 +172,10 @@ impl<'a> Composing<'a> {
     /// Adds the best further cause; `false` if there is none.
     fn add_cause(&mut self, glimpse: &Glance, progress: &dyn Fn(&str)) -> bool {
         let Self { judge, budget, accepted, rivals, attempts } = self;
-        let is_covered = |c: &Candidate| {
-            accepted.causes.iter().any(|a| a.site == c.site && overlaps(a.definition.kind, c.definition.kind))
-        };
-        let left: Vec<_> =
-            candidates(&judge.dataset.machine).into_iter().filter(|c| !is_covered(c)).collect();
+        let left: Vec<_> = candidates(&judge.dataset.machine)
+            .into_iter()
+            .filter(|c| !c.is_covered_by(&accepted.causes))
+            .collect();
         let beside =
             |candidate: Candidate| accepted.causes.iter().copied().chain([candidate]).collect::<Vec<_>>();
         if budget.is_over(Stage::Screen) {
@@ -249,7 +248,7 @@ impl<'a> Composing<'a> {
     /// Drops causes whose size may be that of an absent cause. Of nine such causes of several on three wild
     /// seeds none was hidden. A cause stays if a believed value or the timing of commands would then end at
     /// its limit, or if the others could not be accepted without it. The last cause also stays if it removes
-    /// a fair part of the error. On five wild seeds four such causes were hidden, and none of the five that
+    /// a fair part of the error, or if the records show the impacts of a free play. On five wild seeds four such causes were hidden, and none of the five that
     /// removed little.
     fn drop_absent(&mut self) {
         let at_limit = |Scored { fitted: Fitted { model, theta, .. }, .. }: &Scored| {

@@ -314,6 +314,7 @@ impl Judge<'_> {
     pub(crate) fn is_play(&self, accepted: &Scored) -> bool {
         let [cause] = accepted.causes[..] else { return false };
         LIBRARY.iter().any(|one| dossier(one.kind).where_it_rattles == Some(cause.definition.kind))
+            && self.is_finding(accepted)
             && rattles(self.dataset).is_some()
     }
 

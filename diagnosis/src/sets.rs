@@ -10,7 +10,7 @@ use crate::fit::scored::Scored;
 use crate::fit::search::score;
 use crate::inverse::Balanced;
 use crate::judge::{Judge, PARSIMONY};
-use crate::kinds::{apart, contains, nearest, overlaps};
+use crate::kinds::{apart, contains, nearest};
 
 /// Evidence in a balance that a second cause must add before the pair is fitted, nats.
 const WORTH_FITTING: f64 = 6.0;
@@ -50,7 +50,7 @@ impl Judge<'_> {
         let pairs: Vec<[Candidate; 2]> = (0..singles.len())
             .flat_map(|i| (0..i).map(move |j| (j, i)))
             .map(|(j, i)| [singles[j].0, singles[i].0])
-            .filter(|[a, b]| a.site != b.site || !overlaps(a.definition.kind, b.definition.kind))
+            .filter(|[a, b]| !a.is_covered_by(&[*b]))
             .collect();
         let mut proposed: Vec<([Candidate; 2], Balanced)> = pairs
             .into_par_iter()
@@ -111,10 +111,7 @@ impl Judge<'_> {
         let gone = &accepted.causes[i];
         let mut causes: Vec<Candidate> = accepted.causes.clone();
         causes.remove(i);
-        let is_known = |cause: &Candidate| {
-            cause.site == other.site && overlaps(cause.definition.kind, other.definition.kind)
-        };
-        if other.is(gone) || causes.iter().any(is_known) {
+        if other.is(gone) || other.is_covered_by(&causes) {
             return None;
         }
         let single = |of: &Candidate| self.search.singles.iter().find(|single| single.causes[0].is(of));

@@ -68,13 +68,10 @@ pub(crate) fn assess(
     short(Condition::Residual, residual.shortfalls(missing[0], &criteria));
     let smooth = balance::beyond(judge, accepted, &criteria);
     short(Condition::Residual, smooth.map(balance::told).into_iter().collect());
-    let instead = balance::instead(judge, accepted, &criteria);
-    let is_better = instead.is_some_and(|(instead, gain)| {
-        let is_missing = smooth.is_some_and(|smooth| smooth.family.place() == instead.family.place());
-        gain > criteria.rival_nats || is_missing
-    });
-    let against = if is_better { Condition::Residual } else { Condition::Rivals };
-    short(against, instead.map(|(smooth, _)| balance::replacing(smooth, is_better)).into_iter().collect());
+    let instead = balance::instead(judge, accepted, smooth, &criteria);
+    let is_replaced = instead.as_ref().is_some_and(|instead| instead.is_better);
+    let against = if is_replaced { Condition::Residual } else { Condition::Rivals };
+    short(against, instead.iter().map(balance::replacing).collect());
     short(Condition::Rivals, balance::named(balanced));
     short(Condition::Tolerance, tolerance::limits(task.dataset, accepted));
     if is_found {
@@ -95,21 +92,21 @@ pub(crate) fn assess(
         short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
     }
     // A smooth force shows the place of an error that no cause removes. Causes that remove most of it show
-    // the place themselves, unless that force balances better in their place.
+    // the place themselves, unless a smooth force elsewhere balances better.
     let smooth = match (is_found, removes_little) {
+        _ if is_replaced => instead.map(|instead| instead.smooth),
         (false, _) => smooth,
         (true, true) => balance::beyond(judge, calibrated, &criteria).or(smooth),
         (true, false) => None,
     };
-    let replacing = instead.filter(|_| is_better).map(|(smooth, _)| smooth);
     Adequacy {
         criteria,
         horizons,
         drive_force_n: residual.drive_force_n,
         residual: residual.traces,
         shortfalls,
-        smooth: replacing.or(smooth).map(|smooth| smooth.family.place()),
-        is_replaced: replacing.is_some(),
+        smooth: smooth.map(|smooth| smooth.family.place()),
+        is_replaced,
         is_balanced,
         is_noise,
     }

@@ -1,13 +1,14 @@
 //! Checks an answer against the balance of forces, if one counts. A further smooth force may balance clearly
 //! better, or other causes may balance as well.
 
-use feeler_plant::effects::Place;
+use rayon::prelude::*;
 
 use super::criteria::Criteria;
 use super::horizons::share;
+use crate::budget::Stage;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::scored::{Scored, distinct};
-use crate::inverse::{Family, Inverse, PER_UNKNOWN, Smooth};
+use crate::inverse::{Family, Smooth};
 use crate::judge::{Asked, Judge};
 use crate::kinds::dossier;
 
@@ -23,50 +24,74 @@ pub(super) fn beyond(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
     let found = inverse.beyond(&accepted.causes);
     // Drag, a lag or a delay resembles a drive whose force falls with speed.
     let is_other = |smooth: &Smooth| {
-        smooth.family != Family::Fading || smooth.nats > most_of_a_cause(inverse, judge, accepted)
+        let causes = || with_one_more(judge, &accepted.causes, |_| true);
+        let own = || inverse.evidence(&accepted.causes).unwrap_or(f64::INFINITY);
+        !matches!(smooth.family, Family::Fading { .. })
+            || own() + smooth.evidence() > causes() + criteria.rival_nats
     };
     let found = found.into_iter().filter(|smooth| matters(smooth, criteria) && is_other(smooth));
     found.max_by(|a, b| a.nats.total_cmp(&b.nats))
 }
 
+/// Whether a smooth force is large enough to count; see [`Criteria::smooth_nats`].
 fn matters(smooth: &Smooth, criteria: &Criteria) -> bool {
     smooth.share > criteria.smooth_share
         && smooth.nats > criteria.smooth_nats
         && smooth.left * smooth.share.max(0.0).sqrt() > criteria.smooth_force
 }
 
-/// The most that one further cause gains in the balance of forces, nats.
-fn most_of_a_cause(inverse: &Inverse, judge: &Judge<'_>, accepted: &Scored) -> f64 {
-    let nats = |causes: &[Candidate]| inverse.weigh(causes).map_or(f64::NEG_INFINITY, |found| found.nats);
-    let with = |cause: Candidate| nats(&[&accepted.causes[..], &[cause]].concat());
-    let most = candidates(&judge.dataset.machine).into_iter().map(with).fold(f64::NEG_INFINITY, f64::max);
-    most - nats(&accepted.causes)
+/// The largest evidence of some causes with one more of the library in the balance of forces, nats.
+fn with_one_more(judge: &Judge<'_>, causes: &[Candidate], is_asked: impl Fn(&Candidate) -> bool) -> f64 {
+    let Some(inverse) = &judge.search.task.inverse else { return f64::NEG_INFINITY };
+    let mut all = candidates(&judge.dataset.machine);
+    all.retain(|cause| is_asked(cause) && !cause.is_covered_by(causes));
+    let evidence = |cause: Candidate| inverse.evidence(&[causes, &[cause]].concat());
+    let found = all.into_par_iter().filter_map(evidence);
+    found.max_by(f64::total_cmp).unwrap_or(f64::NEG_INFINITY)
 }
 
-/// A smooth force at one place instead of all accepted causes at other places, with its gain over these, nats.
-/// Polynomials of the motion resemble many causes. They are not evidence against one.
-pub(super) fn instead(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Option<(Smooth, f64)> {
-    let inverse = judge.search.task.inverse.as_ref().filter(|_| judge.weight > 0.0)?;
-    let own = inverse.weigh(&accepted.causes)?.nats;
-    let at = |place: Place| {
-        let kept: Vec<_> = accepted.causes.iter().copied().filter(|cause| cause.place == place).collect();
-        let base = inverse.weigh(&kept).filter(|_| kept.len() < accepted.causes.len())?.nats;
-        let found = inverse.beyond(&kept).into_iter().filter(|smooth| {
-            let family = smooth.family;
-            family != Family::Motion && family.place() == place && matters(smooth, criteria)
-        });
-        let gain = |smooth: &Smooth| base + smooth.nats - PER_UNKNOWN * smooth.family.unknowns() as f64 - own;
-        found.map(|smooth| (smooth, gain(&smooth))).max_by(|a, b| a.1.total_cmp(&b.1))
+/// A smooth force instead of accepted causes elsewhere. It balances the forces better, or only as well.
+pub(super) struct Replacing {
+    pub(super) smooth: Smooth,
+    pub(super) is_better: bool,
+}
+
+/// The smooth force that balances the check experiments best instead of accepted causes elsewhere, if it
+/// balances them as well as these. `beyond` is the one in addition to them.
+pub(super) fn instead(
+    judge: &Judge<'_>,
+    accepted: &Scored,
+    beyond: Option<Smooth>,
+    criteria: &Criteria,
+) -> Option<Replacing> {
+    let task = &judge.search.task;
+    let is_late = task.budget.is_over(Stage::Compose);
+    let inverse = task.inverse.as_ref().filter(|_| judge.weight > 0.0 && !is_late)?;
+    let found = inverse.instead(&accepted.causes).into_iter();
+    let found = found.filter(|instead| matters(&instead.smooth, criteria));
+    let best = found.max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+    if best.gain < -criteria.rival_nats {
+        return None;
+    }
+    let place = best.smooth.family.place();
+    let is_missing = beyond.is_some_and(|beyond| beyond.family.place() == place);
+    // The library may have a cause there that balances as well.
+    let own = inverse.evidence(&accepted.causes)?;
+    let is_unknown = || {
+        own + best.gain > with_one_more(judge, &best.kept, |cause| cause.place == place) + criteria.rival_nats
     };
-    let places = [Place::Drive, Place::Guide].into_iter().filter_map(at);
-    places.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, gain)| *gain > -criteria.rival_nats)
+    let is_better = (is_missing || best.gain > criteria.further_nats) && is_unknown();
+    Some(Replacing { smooth: best.smooth, is_better })
 }
 
 /// Describes a smooth force instead of causes at other places.
-pub(super) fn replacing(smooth: Smooth, is_better: bool) -> String {
-    let place = smooth.family.place().name();
-    let how = if is_better { "better" } else { "as well" };
-    format!("a smooth force at the {place} instead of the causes elsewhere balances the forces {how}")
+pub(super) fn replacing(Replacing { smooth, is_better }: &Replacing) -> String {
+    let how = if *is_better { "better than" } else { "as well as" };
+    format!(
+        "a smooth force at the {}, {}, balances the forces {how} the causes elsewhere",
+        smooth.family.place().name(),
+        smooth.family.told()
+    )
 }
 
 /// Ratio of the missing force to the drive force, after calibration and with the accepted causes. `None` if
@@ -84,9 +109,10 @@ pub(super) fn is_small(missing: Option<[f64; 2]>, criteria: &Criteria) -> bool {
 /// Describes a smooth force.
 pub(super) fn told(smooth: Smooth) -> String {
     format!(
-        "a further smooth force at the {} would remove {} of the variance that these causes leave in the \
-         balance of forces",
+        "a further smooth force at the {}, {}, would remove {} of the variance that these causes leave in \
+         the balance of forces",
         smooth.family.place().name(),
+        smooth.family.told(),
         share(smooth.share)
     )
 }

@@ -121,8 +121,9 @@ impl Judge<'_> {
         let sigma = self.deviations(accepted);
         let (mut adequacy, machine) = self.adequacy((accepted, &sigma), &field, &balanced, attempts, sizes);
         let adequate = !adequacy.is_short();
-        let is_nothing = || explains_nothing(&gap, &adequacy) && !self.is_play(accepted);
-        if !adequate && !accepted.causes.is_empty() && is_nothing() {
+        let is_useless =
+            || explains_nothing(&gap, &adequacy) && !self.is_play(accepted) && !adequacy.is_replaced;
+        if !adequate && !accepted.causes.is_empty() && is_useless() {
             return self.answer(calibrated, &[], attempts);
         }
         let known = certainty(&adequacy);
@@ -338,8 +339,7 @@ impl Judge<'_> {
         let smooth = adequacy.smooth.filter(|_| verdict == Verdict::UnknownCause);
         if let Some(place) = smooth {
             pointer.place = place;
-            pointer.evidence =
-                format!("{}; a smooth force there would balance clearly better", pointer.evidence);
+            pointer.evidence = format!("{}; a smooth force there would balance better", pointer.evidence);
         }
         let mut chances: IndexMap<&'static str, f64> = IndexMap::new();
         for effect in effects {

@@ -21,6 +21,12 @@ impl Candidate {
     pub(crate) fn is(&self, other: &Self) -> bool {
         self.site == other.site && self.definition.kind == other.definition.kind
     }
+
+    /// Whether one of some causes acts on the same element with a law that contains this one, or the reverse.
+    pub(crate) fn is_covered_by(&self, causes: &[Self]) -> bool {
+        let kind = self.definition.kind;
+        causes.iter().any(|cause| cause.site == self.site && overlaps(cause.definition.kind, kind))
+    }
 }
 
 pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {

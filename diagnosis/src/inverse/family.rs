@@ -20,31 +20,43 @@ pub(crate) enum Family {
     Time,
     /// The command.
     Command,
-    /// The command and the speed, as in a drive near its largest voltage.
-    Fading,
+    /// The speed: the drive's force is the commanded one times one less `per_speed` times the speed, as of a
+    /// motor near its largest voltage.
+    Fading { per_speed: f64 },
 }
 
 impl Family {
-    /// The families without a shape to be fitted.
-    pub(super) const PLAIN: [Self; 5] = [Self::Motion, Self::Places, Self::Time, Self::Command, Self::Fading];
-
     pub(crate) fn place(self) -> Place {
-        if self.is_in_drive() { Place::Drive } else { Place::Guide }
+        if matches!(self, Self::Command | Self::Fading { .. }) { Place::Drive } else { Place::Guide }
     }
 
-    pub(super) fn is_in_drive(self) -> bool {
-        matches!(self, Self::Command | Self::Fading)
+    /// Whether the force is evidence against causes at other places. Polynomials of the motion, position in
+    /// detail, or a curve over the command come close to many causes.
+    pub(super) fn is_distinct(self) -> bool {
+        matches!(self, Self::Waves { .. } | Self::Time | Self::Fading { .. })
     }
 
     /// Number of unknowns.
-    pub(crate) fn unknowns(self) -> usize {
+    pub(super) fn unknowns(self) -> usize {
         match self {
             Self::Motion => 13,
             Self::Places => 2 * NODES,
-            Self::Waves { .. } => 3,
+            Self::Waves { .. } => 4,
             Self::Time => 2 + FADES.len(),
             Self::Command => 3,
-            Self::Fading => 2,
+            Self::Fading { .. } => 1,
+        }
+    }
+
+    /// What the force depends on, in words.
+    pub(crate) fn told(self) -> &'static str {
+        match self {
+            Self::Motion => "which follows position and speed",
+            Self::Places => "which follows position",
+            Self::Waves { .. } => "friction that repeats over the stroke",
+            Self::Time => "friction that drifts with time",
+            Self::Command => "which follows the command",
+            Self::Fading { .. } => "which falls with speed",
         }
     }
 }

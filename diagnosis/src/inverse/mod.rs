@@ -30,7 +30,7 @@ use feeler_plant::description::{Engagement, Quantity};
 /// Rows kept for each independent one: rows at twice the corner frequency are independent.
 const ROWS_PER_INDEPENDENT: f64 = 2.0;
 /// Additional evidence for each further unknown, nats.
-pub(crate) const PER_UNKNOWN: f64 = 1.5;
+const PER_UNKNOWN: f64 = 1.5;
 /// Iterations over the shapes of several causes, one shape after another.
 const ROUNDS: usize = 3;
 /// Smallest numbers of kept rows. The fitted experiments must determine every unknown, and the evidence of
@@ -71,14 +71,19 @@ pub(crate) struct Balanced {
     pub(crate) believed: Vec<(Part, f64)>,
 }
 
+/// Largest share of its force that a drive loses with speed.
+const MOST_FADED: f64 = 0.95;
+
 /// The believed machine alone.
-const NOTHING: Shaped<'static> = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
+const NOTHING: Shaped<'static> = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new(), unknowns: 0 };
 
 /// Causes with their shapes.
 struct Shaped<'a> {
     causes: &'a [Candidate],
     shown: Vec<Shown>,
     shapes: Vec<f64>,
+    /// Number of unknowns that the balance fits.
+    unknowns: usize,
 }
 
 impl Shaped<'_> {
@@ -215,16 +220,21 @@ impl Inverse {
             .collect::<Option<_>>()?;
         let grids: Vec<Vec<f64>> = shown.iter().map(|shown| (shown.shapes)(&self.extent)).collect();
         let shapes = grids.iter().map(|grid| grid[grid.len() / 2]).collect();
-        let mut shaped = Shaped { causes, shown, shapes };
+        let of_form = |shown: &Shown| match shown.form {
+            Form::Forces(forces) => forces.len(),
+            Form::Mass | Form::Deadband => 1,
+            _ => 0,
+        };
+        let unknowns = shown.iter().map(of_form).sum::<usize>()
+            + grids.iter().filter(|grid: &&Vec<f64>| grid.len() > 1).count();
+        let mut shaped = Shaped { causes, shown, shapes, unknowns };
         let mut best = f64::INFINITY;
         for _ in 0..if causes.len() > 1 { ROUNDS } else { 1 } {
             for (i, grid) in grids.iter().enumerate().filter(|(_, grid)| grid.len() > 1) {
                 let mut found = shaped.shapes[i];
                 for &shape in grid {
                     shaped.shapes[i] = shape;
-                    let (terms, target) = self.balance(&self.fitted, &shaped, None);
-                    let left =
-                        solve(&terms, &target).map_or(f64::INFINITY, |x| mean(&squares(&terms, &x, &target)));
+                    let left = self.left(&shaped, None);
                     if left < best {
                         (best, found) = (left, shape);
                     }
@@ -233,6 +243,12 @@ impl Inverse {
             }
         }
         Some(shaped)
+    }
+
+    /// Mean weighed square residual on the fitted experiments; infinite if they do not determine it.
+    fn left(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> f64 {
+        let (terms, target) = self.balance(&self.fitted, shaped, smooth);
+        solve(&terms, &target).map_or(f64::INFINITY, |x| mean(&squares(&terms, &x, &target)))
     }
 
     /// Root mean square of a force on the check experiments, from its weighed squares.
@@ -252,7 +268,7 @@ impl Inverse {
     fn squares(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> Option<Vec<f64>> {
         let [mut fitted, mut checked] =
             [&self.fitted, &self.checked].map(|rows| self.balance(rows, shaped, smooth));
-        if let Some(family) = smooth.filter(|family| family.is_in_drive()) {
+        if smooth == Some(Family::Command) {
             let mut made = solve(&fitted.0, &fitted.1)?;
             if self.is_shifted {
                 // The shift of a measured command contains its noise.
@@ -263,12 +279,7 @@ impl Inverse {
             for ((terms, target), rows) in [(&mut fitted, &self.fitted), (&mut checked, &self.checked)] {
                 let weights: Vec<f64> = rows.iter().flat_map(|rows| rows.weights.iter().copied()).collect();
                 let command = sum(terms, &made, target.len());
-                terms.extend(if family == Family::Fading {
-                    let speeds: Vec<f64> = rows.iter().flat_map(|rows| rows.thin(&rows.speed)).collect();
-                    self.fading_terms(&command, &speeds)
-                } else {
-                    self.drive_terms(&command, &weights)
-                });
+                terms.extend(self.drive_terms(&command, &weights));
             }
         }
         let coefficients = solve(&fitted.0, &fitted.1)?;
@@ -316,6 +327,13 @@ impl Inverse {
                 Form::Gain => gain = shape,
                 Form::Limit => limit = shape,
                 Form::Lag | Form::Delay => {}
+            }
+        }
+        if let Some(Family::Fading { per_speed }) = smooth {
+            let left: Vec<f64> =
+                rows.speed.iter().map(|v| 1.0 - (per_speed * v.abs()).min(MOST_FADED)).collect();
+            for term in &mut terms {
+                term.series.iter_mut().zip(&left).for_each(|(x, left)| *x /= left);
             }
         }
         for (shown, &shape) in shaped.shown.iter().zip(&shaped.shapes) {

@@ -212,6 +212,11 @@ impl Rows {
         MOST_LATE_ROWS * self.measured_spacing_s
     }
 
+    /// Whether a kept row is nearer to a position than `within_m`.
+    pub(super) fn come_near(&self, position: f64, within_m: f64) -> bool {
+        self.thin(&self.position).iter().any(|x| (x - position).abs() < within_m)
+    }
+
     /// Slope of a series, per second.
     pub(super) fn rate(&self, series: &[f64]) -> Vec<f64> {
         slope(series, self.spacing_s)

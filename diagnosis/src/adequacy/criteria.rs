@@ -74,10 +74,11 @@ pub struct Criteria {
     /// from zero.
     pub least_rows: f64,
     /// A rival at another place predicts as well if its evidence on the check experiments is at most this
-    /// much lower, nats.
+    /// much lower, nats. So does a smooth force balance as well instead of causes elsewhere.
     pub rival_nats: f64,
     /// A further cause may be present if it gains more than this on the check experiments, nats, and twice as
-    /// much on all experiments. This applies where a balance of forces counts.
+    /// much on all experiments. This applies where a balance of forces counts. A smooth force that gains more
+    /// than this over causes elsewhere balances better.
     pub further_nats: f64,
     /// A rival predicts better if its error at a longer horizon is below this share of the accepted
     /// machine's.

@@ -42,7 +42,8 @@ pub enum Condition {
     /// No prediction is slightly worse than the calibrated machine's, and no free run strays although
     /// predictions of up to a second improve.
     Far,
-    /// The remaining error depends on no known quantity.
+    /// The remaining error depends on no known quantity, and no smooth force balances better instead of
+    /// causes elsewhere.
     Residual,
     /// Every fitted value is plausible.
     Plausible,

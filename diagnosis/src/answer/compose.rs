@@ -65,13 +65,6 @@ fn unsure(verdict: Verdict, own: f64) -> Option<String> {
     }
 }
 
-/// Whether causes make short predictions worse than calibration does, or remove little of a slight error.
-fn explains_nothing(gap: &Gap, adequacy: &Adequacy) -> bool {
-    let is_worse = gap.after > adequacy.criteria.most_worsening * gap.refit;
-    let removes_much = gap.refit > ROUGH * gap.floor && gap.closed >= adequacy.criteria.least_closed;
-    is_worse || adequacy.is_slight() && !removes_much
-}
-
 impl Judge<'_> {
     /// The reasons why an answer is not called explained, and the proposed machine. `sigma` holds the
     /// deviations of the accepted set's values.
@@ -106,6 +99,14 @@ impl Judge<'_> {
         (adequacy, machine)
     }
 
+    /// Whether causes make short predictions worse than calibration does, or remove little of a slight error.
+    fn explains_nothing(&self, accepted: &Scored, gap: &Gap, adequacy: &Adequacy) -> bool {
+        let is_worse = gap.after > adequacy.criteria.most_worsening * gap.refit;
+        let removes_much = gap.refit > ROUGH * gap.floor && gap.closed >= adequacy.criteria.least_closed;
+        let is_shown = || adequacy.is_replaced || self.is_play(accepted);
+        !accepted.causes.is_empty() && (is_worse || adequacy.is_slight() && !removes_much) && !is_shown()
+    }
+
     pub(crate) fn answer(&self, accepted: &Scored, rivals: &[Scored], attempts: &Attempts) -> Diagnosis {
         let task = &self.search.task;
         let checks = self.checks();
@@ -121,9 +122,7 @@ impl Judge<'_> {
         let sigma = self.deviations(accepted);
         let (mut adequacy, machine) = self.adequacy((accepted, &sigma), &field, &balanced, attempts, sizes);
         let adequate = !adequacy.is_short();
-        let is_useless =
-            || explains_nothing(&gap, &adequacy) && !self.is_play(accepted) && !adequacy.is_replaced;
-        if !adequate && !accepted.causes.is_empty() && is_useless() {
+        if !adequate && self.explains_nothing(accepted, &gap, &adequacy) {
             return self.answer(calibrated, &[], attempts);
         }
         let known = certainty(&adequacy);

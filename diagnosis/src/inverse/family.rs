@@ -48,7 +48,7 @@ impl Family {
         }
     }
 
-    /// What the force depends on, in words.
+    /// The dependence of the force in words.
     pub(crate) fn told(self) -> &'static str {
         match self {
             Self::Motion => "which follows position and speed",

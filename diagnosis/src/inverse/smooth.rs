@@ -57,8 +57,8 @@ impl Inverse {
         self.shaped(causes).map_or_else(Vec::new, |shaped| self.beside(&shaped, |_| true))
     }
 
-    /// Smooth forces that replace causes, one of them at least at another place. Empty if the balance does not
-    /// involve the causes.
+    /// Smooth forces that replace causes, one of them at least at another place. Empty if the balance does
+    /// not involve the causes.
     pub(crate) fn instead(&self, causes: &[Candidate]) -> Vec<Instead> {
         let Some(own) = self.evidence(causes) else { return Vec::new() };
         let mut found = Vec::new();

@@ -204,3 +204,108 @@ fn truth_a_limit_gains_nothing_by_clipping_the_noise_of_a_command() {
     // Less than a first cause needs.
     assert!(gain < 6.0, "{gain}");
 }
+
+/// The smooth force of a family in addition to some causes.
+fn of_family(inverse: &Inverse, causes: &[Candidate], is_asked: fn(Family) -> bool) -> Smooth {
+    inverse.beyond(causes).into_iter().find(|smooth| is_asked(smooth.family)).expect("it balances")
+}
+
+/// The drive makes the commanded force times 1 - 0.7 s/m |v|, half of it at the largest speed of 0.74 m/s.
+/// Dry friction takes half of the command.
+fn faded() -> (Inverse, Vec<Candidate>) {
+    let friction = "[springs.guide.effects.coulomb-friction]\nlevel = 3.0\n";
+    records_of(&format!("{BELIEVED}{friction}"), (0.02, None), &|t, shift| {
+        let [x, v, a] = [0, 1, 2].map(|order| waves(t, order, shift));
+        [x, (1.2 * a + 4.0 * v + 3.0 * v.signum()) / (1.0 - 0.7 * v.abs())]
+    })
+}
+
+#[test]
+fn truth_a_drive_that_falls_with_speed_is_seen_in_the_drive_and_replaces_drag() {
+    let (inverse, all) = faded();
+    let all_nats = inverse.beyond(&[]);
+    let best = all_nats.iter().max_by(|a, b| a.evidence().total_cmp(&b.evidence())).unwrap();
+    let Family::Fading { per_speed } = best.family else { panic!("{best:?}") };
+    // The trial values are 0.027 s/m apart. Mass and damping, which are free, shift the best one slightly.
+    assert!((per_speed - 0.7).abs() < 0.05, "{best:?}");
+    assert!(best.family.place() == Place::Drive && best.share > 0.9 && best.nats > 50.0, "{best:?}");
+    for kind in [Kind::QuadraticDrag, Kind::ViscousFriction] {
+        let cause = *all.iter().find(|one| one.definition.kind == kind).unwrap();
+        let instead = inverse.instead(&[cause]);
+        let best = instead.iter().max_by(|a, b| a.gain.total_cmp(&b.gain)).unwrap();
+        assert!(best.gain > 6.0 && best.smooth.family.place() == Place::Drive, "{kind}: {best:?}");
+    }
+}
+
+/// Pitches over the whole range, from five to fourteen waves per stroke of 0.6 m.
+#[test]
+fn truth_friction_that_waves_is_seen_with_its_pitch() {
+    for pitch in [0.11, 0.07, 0.043] {
+        let best = beyond_friction(&|x, v| 6.0 * v.signum() * (1.0 + 0.5 * (TAU * x / pitch).sin()));
+        let Family::Waves { pitch_m } = best.family else { panic!("{best:?}") };
+        // Trial pitches are 0.4 waves per stroke apart.
+        assert!((0.6 / pitch_m - 0.6 / pitch).abs() < 0.4, "{pitch} {best:?}");
+        assert!(best.share > 0.5 && best.nats > 50.0, "{best:?}");
+    }
+}
+
+type Law = dyn Fn(f64, f64) -> f64;
+
+/// A right cause balances better than every smooth force instead of it.
+#[test]
+fn truth_no_smooth_force_replaces_a_cause_of_the_library() {
+    let forces: [(Kind, &Law); 7] = [
+        (Kind::CoulombFriction, &|_, v| 6.0 * v.signum()),
+        (Kind::ViscousFriction, &|_, v| 20.0 * v),
+        (Kind::QuadraticDrag, &|_, v| 40.0 * v * v.abs()),
+        (Kind::StribeckFriction, &|_, v| v.signum() * (4.0 + 3.0 * (-(v / 0.1).powi(2)).exp())),
+        (Kind::ConstantLoad, &|_, _| 2.0),
+        (Kind::ForceRipple, &|x, _| 2.0 * (TAU * x / 0.08).sin()),
+        (Kind::HardStop, &|x, _| 60.0 * (x - 0.2).max(0.0)),
+    ];
+    for (kind, force) in forces {
+        let (inverse, all) = inverse("", force);
+        let cause = *all.iter().find(|one| one.definition.kind == kind).unwrap();
+        let gains = inverse.instead(&[cause]).into_iter().map(|instead| instead.gain);
+        let most = gains.fold(f64::NEG_INFINITY, f64::max);
+        assert!(most < -2.0, "{kind}: {most}");
+    }
+}
+
+#[test]
+fn truth_the_noise_of_a_command_is_no_smooth_force() {
+    for hold_s in [Some(SPACING_S), None] {
+        let (inverse, _) = records_of(BELIEVED, (0.1, hold_s), &|t, shift| {
+            let late = hold_s.unwrap_or_default() / 2.0;
+            let [v, a] = [1, 2].map(|order| waves(t + late, order, shift));
+            [waves(t, 0, shift), 1.2 * a + 4.0 * v]
+        });
+        for smooth in inverse.beyond(&[]) {
+            assert!(smooth.nats < 6.0, "{smooth:?}");
+        }
+    }
+}
+
+/// Two records at places 1.6 m apart: no row is near the places between them.
+#[test]
+fn regress_places_without_rows_do_not_hide_a_tight_spot() {
+    let (inverse, all) = records_of(BELIEVED, (0.02, None), &|t, shift| {
+        let [x, v, a] = [0, 1, 2].map(|order| waves(t, order, shift));
+        let apart = if shift < 1.0 { 0.0 } else { 1.6 };
+        let tight = 1.0 + (-((x - 0.05) / 0.15).powi(2)).exp();
+        [x + apart, 1.2 * a + 4.0 * v + 6.0 * v.signum() * tight]
+    });
+    let places = of_family(&inverse, &friction(&all), |family| family == Family::Places);
+    assert!(places.share.is_finite());
+}
+
+/// A family counts as many unknowns as it has terms, and one more for a shape.
+#[test]
+fn truth_a_family_counts_its_terms() {
+    let (inverse, _) = inverse("", &|_, v| 6.0 * v.signum());
+    let waves = Family::Waves { pitch_m: 0.1 };
+    for (family, shapes) in [(Family::Motion, 0), (Family::Places, 0), (waves, 1), (Family::Time, 0)] {
+        let terms = inverse.guide_terms(&inverse.fitted[0], family).len();
+        assert_eq!(terms + shapes, family.unknowns(), "{family:?}");
+    }
+}

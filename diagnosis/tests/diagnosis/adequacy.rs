@@ -191,7 +191,8 @@ fn prop_a_force_outside_the_library_is_never_sure_and_its_change_runs_no_worse_o
 #[test]
 fn truth_a_drive_that_falls_with_speed_is_never_sure_and_its_place_is_the_drive() {
     let motion = Motion { fading_s_per_m: 2.5, ..USUAL };
-    let dataset = moved(BELIEVED, &motion, &|_, v| dry(6.0, v));
+    let believed = format!("{BELIEVED}[springs.guide.effects.coulomb-friction]\nlevel = 6.0\n");
+    let dataset = moved(&believed, &motion, &|_, v| dry(6.0, v));
     let answer = diagnose(&dataset, &|_| {}).expect("there is an answer");
     assert_eq!(answer.verdict, Verdict::UnknownCause, "{}", told(&answer));
     assert_eq!(answer.places[0].place, "drive", "{:?} {}", answer.places, told(&answer));

@@ -346,3 +346,60 @@ impl Judge<'_> {
         score(&self.search.task, causes, fitted)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use feeler_files::Document;
+    use feeler_plant::assembly::Source;
+
+    use super::*;
+    use crate::budget::Budget;
+    use crate::dataset::{Channel, Driven, Record};
+    use crate::fit::search::search;
+
+    const JOINT: &str = "[bodies.motor]\nmass = 1.0\n[bodies.tip]\nmass = 0.5\n[springs.guide]\n\
+        between = [\"ground\", \"motor\"]\ndamping = 10.0\n[springs.joint]\nbetween = [\"motor\", \"tip\"]\n\
+        rigid = true\n[sensors.motor]\nreads = \"motor.acceleration\"\n[sensors.tip]\n\
+        reads = \"tip.acceleration\"\n[actuators.drive]\non = \"motor\"\nkind = \"force\"\n";
+
+    /// Accelerations of motor and tip, which differ in rare blows or in a sine.
+    fn shaken(has_blows: bool) -> Dataset {
+        let machine = Document::parse(JOINT, "joint.toml").unwrap().scenario.machine;
+        let channels = ["motor", "tip"].into_iter().enumerate().map(|(i, name)| Channel {
+            column: name.into(),
+            source: Source::Sensor(i),
+            noise: 1e-3,
+            resolution: 0.0,
+        });
+        let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: Some(1e-3) }];
+        let record = |i: u8| {
+            let command: Vec<f64> = (0..500).map(|k| 8.0 * (0.02 * f64::from(k)).sin()).collect();
+            let own: Vec<f64> = command.iter().map(|u| u / 1.5).collect();
+            let blow = |k: usize| if k.is_multiple_of(50) { 5.0 } else { 0.0 };
+            let differs = |k: usize| if has_blows { blow(k) } else { (0.3 * k as f64).sin() };
+            let tip = own.iter().enumerate().map(|(k, a)| a + differs(k)).collect();
+            let record = Record::even(format!("{i}.csv"), 1e-3, vec![command], vec![own, tip]);
+            Record { is_check: i % 2 == 1, ..record }
+        };
+        Dataset::new("joint", machine, drives, channels.collect(), (0..4).map(record).collect())
+    }
+
+    /// Predictions do not follow impacts, so a free play stays although it improves none.
+    #[test]
+    fn truth_only_impacts_show_a_free_play() {
+        let set = |dataset: &Dataset, kind: Kind, values: &[f64]| {
+            let found = search(dataset, Budget::unlimited(), &|_| {}, |_, _| false).unwrap();
+            let all = candidates(&dataset.machine);
+            let cause = *all.iter().find(|one| one.definition.kind == kind).unwrap();
+            let model = found.calibrated.fitted.model.with(cause.site, cause.definition, values);
+            let fitted = Fitted { theta: model.start(), model, ..found.calibrated.fitted.clone() };
+            let scored = Scored { causes: vec![cause], fitted, ..found.calibrated.clone() };
+            Judge::new(dataset, &found).is_play(&scored)
+        };
+        let [blows, sine] = [true, false].map(shaken);
+        // A width of 0.1 mm with stiff flanks.
+        assert!(set(&blows, Kind::Backlash, &[1e-4, 1e6, 10.0]));
+        assert!(!set(&sine, Kind::Backlash, &[1e-4, 1e6, 10.0]));
+        assert!(!set(&blows, Kind::ViscousFriction, &[5.0]));
+    }
+}

@@ -20,8 +20,7 @@ pub(crate) enum Family {
     Time,
     /// The command.
     Command,
-    /// The speed: the drive's force is the commanded one times one less `per_speed` times the speed, as of a
-    /// motor near its largest voltage.
+    /// The speed: the drive makes its command times `1 - per_speed |v|`, as a motor near its largest voltage.
     Fading { per_speed: f64 },
 }
 

@@ -98,7 +98,7 @@ impl Inverse {
             let nats = nats(&before, &with);
             Some(Smooth { family, nats, share, left: self.force(&before) / self.drive_force() })
         };
-        let wanted = self.families().into_iter().filter(|sort| sort.iter().any(|one| is_wanted(*one)));
+        let wanted = self.families().into_iter().filter(|sort| is_wanted(sort[0]));
         wanted.filter_map(|sort| of(self.best_of(shaped, sort)?)).collect()
     }
 

@@ -10,7 +10,6 @@ impl Default for Chance {
 }
 
 impl Chance {
-    #[cfg(test)]
     pub(crate) fn seeded(seed: u64) -> Self {
         Self(seed)
     }
@@ -28,5 +27,10 @@ impl Chance {
     /// A uniform random number of zero mean and unit variance.
     pub(crate) fn deviate(&mut self) -> f64 {
         ((self.bits() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
+    }
+
+    /// A nearly normal random number of zero mean and unit variance: a sum of four uniform ones.
+    pub(crate) fn normal(&mut self) -> f64 {
+        0.5 * (0..4).map(|_| self.deviate()).sum::<f64>()
     }
 }

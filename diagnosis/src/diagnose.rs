@@ -313,6 +313,7 @@ mod tests {
     use feeler_plant::effects::Kind;
 
     use super::*;
+    use crate::chance::Chance;
     use crate::dataset::{Channel, Driven, Record};
     use crate::predict::Predictor;
 
@@ -323,6 +324,11 @@ mod tests {
 
     /// Four records of the axis with a load.
     fn loaded() -> Dataset {
+        of_real(&format!("{BELIEVED}{LOAD}"))
+    }
+
+    /// Four records of a real axis.
+    fn of_real(real: &str) -> Dataset {
         let machine = |text: &str| Document::parse(text, "axis.toml").unwrap().scenario.machine;
         let channel = Channel { column: "x".into(), source: Source::Sensor(0), noise: 1e-6, resolution: 0.0 };
         let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: Some(2e-3) }];
@@ -335,11 +341,31 @@ mod tests {
         let records = (0..4).map(record).collect();
         let mut dataset = Dataset::new("axis", machine(BELIEVED), drives, vec![channel], records);
         for r in 0..dataset.records.len() {
-            let real = assemble(&machine(&format!("{BELIEVED}{LOAD}"))).unwrap();
+            let real = assemble(&machine(real)).unwrap();
             let seen = Predictor::new(real, &dataset, &dataset.records[r]).unwrap().free().unwrap();
             dataset.records[r].series = seen.series;
         }
         dataset
+    }
+
+    /// An encoder has steps of 2.5 times its noise. Its readings scatter more than the noise, but a machine
+    /// that lacks nothing has no room for a cause.
+    #[test]
+    fn truth_steps_of_readings_leave_no_room_for_a_cause() {
+        let room_of = |real: &str| {
+            let mut dataset = of_real(real);
+            let (noise, resolution) = (0.4e-6, 1e-6);
+            (dataset.channels[0].noise, dataset.channels[0].resolution) = (noise, resolution);
+            let mut chance = Chance::default();
+            for x in dataset.records.iter_mut().flat_map(|record| record.series.iter_mut().flatten()) {
+                *x = ((*x + noise * chance.normal()) / resolution).round() * resolution;
+            }
+            let found = search(&dataset, Budget::unlimited(), &|_| {}, |_, _| false).unwrap();
+            room(&found.task, &found.calibrated)
+        };
+        let [_, none] = room_of(BELIEVED);
+        let [check, all] = room_of(&format!("{BELIEVED}{LOAD}"));
+        assert!(none < ACCEPT_ALL && check > ACCEPT && all > ACCEPT_ALL, "{none} {check} {all}");
     }
 
     /// Damping is three times the believed one, which may be twice as large. A law that explains slightly

@@ -108,11 +108,8 @@ impl Judge<'_> {
         let task = &self.search.task;
         let fitted = &accepted.fitted.sigma;
         let is_early = !task.budget.is_over(Stage::Compose);
-        // An error above noise is correlated in time, so the fit's own deviations are a lower bound.
-        match is_early.then(|| sandwich::deviations(task, &accepted.fitted)).flatten() {
-            Some(lasting) => fitted.iter().zip(lasting).map(|(a, b)| a.max(b)).collect(),
-            None => fitted.clone(),
-        }
+        let measured = is_early.then(|| sandwich::deviations(task, &accepted.fitted)).flatten();
+        measured.unwrap_or_else(|| fitted.clone())
     }
 
     /// The accepted causes that may be absent, in words.

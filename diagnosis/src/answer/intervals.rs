@@ -15,6 +15,9 @@ use crate::kinds::dossier;
 /// error was 4 times the fit's deviation.
 pub(super) const BESIDE_FRICTION: f64 = 4.0;
 
+/// Standard deviation of any value as a share of it: predictions soften contacts and average over rows.
+const PREDICTED: f64 = 5e-4;
+
 /// Standard deviation of a parameter of cause `i`, widened from the fit's `deviation`; the rows are
 /// `spacing_s` apart.
 pub(super) fn widened(
@@ -26,7 +29,8 @@ pub(super) fn widened(
     spacing_s: f64,
 ) -> f64 {
     let known = dossier(causes[i].definition.kind);
-    let deviation = deviation.hypot(known.off_rows * spacing_s);
+    let predicted = if deviation > 0.0 { PREDICTED * value } else { 0.0 };
+    let deviation = deviation.hypot(known.off_rows * spacing_s).hypot(predicted);
     match (known.read_off, (known.fractions_off)()) {
         (Some(spread), _) => deviation.min(spread * value.abs()),
         (None, Some(fractions)) => deviation.hypot(fractions[parameter] * value),

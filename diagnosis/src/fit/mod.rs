@@ -13,6 +13,7 @@ mod leeway;
 pub(crate) mod missing;
 pub(crate) mod model;
 mod nested;
+mod noise_alone;
 pub(crate) mod odds;
 mod residuals;
 pub(crate) mod sandwich;

@@ -7,6 +7,7 @@
 
 use crate::dataset::{Channel, scatter_of};
 use crate::fit::least_squares::{Task, robust};
+use crate::fit::noise_alone::noise_alone;
 use crate::fit::scored::Scored;
 use crate::fit::weights::Weights;
 
@@ -20,6 +21,8 @@ const PER_UNKNOWN: f64 = 1.5;
 const QUIET: f64 = 0.05;
 /// Lowest mean square of noise over an experiment, relative to its expectation.
 const LEAST_NOISE: f64 = 0.97;
+/// Largest mean square that noise may leave by rounding and by corrections, over that of the noise itself.
+const MOST_NOISE: f64 = 1.5;
 
 /// Evidence for `new` over `old` on `records`, nats.
 pub(crate) fn gain(weights: &Weights, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
@@ -70,7 +73,7 @@ pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
         return [f64::INFINITY; 2];
     }
     let dataset = task.dataset;
-    let mut perfect = scored.clone();
+    let (mut perfect, mut noises, mut most) = (scored.clone(), Vec::new(), Vec::new());
     for (r, (misfits, record)) in perfect.misfits.iter_mut().zip(&dataset.records).enumerate() {
         // Encoder steps do not count here, since a fit ignores them. Stated noise may be too large.
         let noise = |c: usize| dataset.channels[c].noise.min(scatter_of(record, c));
@@ -78,11 +81,24 @@ pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
         // In the difference of two encoders the steps count.
         let step = |(noise, channel): (&f64, &Channel)| noise.max(channel.resolution / 12.0_f64.sqrt());
         let stepped: Vec<f64> = noise.iter().zip(&dataset.channels).map(step).collect();
+        let read: Vec<f64> = dataset.channels.iter().map(Channel::sigma).collect();
         for (c, misfit) in misfits.iter_mut().enumerate() {
-            let noise = if task.weights.against[r][c].is_some() { &stepped } else { &noise };
-            let sigmas = task.weights.noise_of(r, c, noise) / task.weights.sigma[r][c];
-            *misfit = misfit.min(LEAST_NOISE * mean_loss(sigmas));
+            let loss = |noise| {
+                LEAST_NOISE * mean_loss(task.weights.noise_of(r, c, noise) / task.weights.sigma[r][c])
+            };
+            *misfit = loss(if task.weights.against[r][c].is_some() { &stepped } else { &noise });
+            most.push(MOST_NOISE * loss(&read));
         }
+        noises.push(noise);
+    }
+    if let Some(alone) = noise_alone(task, &scored.fitted, &noises) {
+        let least = perfect.misfits.iter_mut().flatten();
+        for ((least, alone), most) in least.zip(alone.iter().flatten()).zip(most) {
+            *least = least.max((LEAST_NOISE * alone).min(most));
+        }
+    }
+    for (least, misfit) in perfect.misfits.iter_mut().flatten().zip(scored.misfits.iter().flatten()) {
+        *least = least.min(*misfit);
     }
     let records = &dataset.records;
     let checks: Vec<usize> = (0..records.len()).filter(|&r| records[r].is_check).collect();

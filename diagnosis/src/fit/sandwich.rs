@@ -2,17 +2,20 @@
 //!
 //! Four estimates are made, and the largest counts:
 //!
-//! - **The information of the readings.** Noise is independent in every row. The rest of a residual is
-//!   correlated, and counts once per independent stretch. The normal matrix with these weights gives the
-//!   first estimate.
+//! - **The information of the readings.** A residual counts with the variance of its mean, which its
+//!   correlation from row to row determines, and with at least the noise. The normal matrix with these
+//!   weights gives the first estimate.
 //! - **The actual residuals.** Their effect on the values follows from the fit, block by block of motion.
 //!   This is the sandwich of Huber and White, with blocks as clusters (Cameron and Miller, A Practitioner's
 //!   Guide to Cluster-Robust Inference, Journal of Human Resources 50, 2015).
 //! - **The differences between experiments.** This is the sandwich with whole records as clusters, including
 //!   those that were not fitted. A slightly wrong law shifts values one way in one motion, and the other way
 //!   in another. In the fitted records the fit hides part of this, in the others it does not.
-//! - **The cost itself**, by steps along the first estimate. Where impacts make slopes steep, the cost rises
-//!   less than the slopes indicate.
+//! - **The cost itself**, by steps along the deviation that the cost indicates, with residuals constant over
+//!   whole stretches. Where impacts make slopes steep, the cost rises less than the slopes indicate.
+//!
+//! A tolerance limits how far a believed value may be off. It counts as two standard deviations of that
+//! value, although the prior of a fit takes it as one.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -28,6 +31,8 @@ const BLOCKS: usize = 12;
 const BLOCKS_PER_UNKNOWN: usize = 3;
 /// Smallest number of records whose differences give a standard deviation.
 const RECORDS: usize = 4;
+/// Variance of a believed value over that of its prior.
+const BELIEVED: f64 = 0.25;
 
 /// The contribution of one record.
 struct Part {
@@ -35,7 +40,9 @@ struct Part {
     curvature: DMatrix<f64>,
     /// Curvature with each reading weighted by its information.
     worth: DMatrix<f64>,
-    /// Weight of a reading of each channel by its information.
+    /// Curvature with readings weighted as if the rest of a residual were constant over whole stretches.
+    least: DMatrix<f64>,
+    /// The latter weight of a reading of each channel.
     per_reading: Vec<f64>,
     /// Gradient from the residuals of each block.
     pulls: Vec<DVector<f64>>,
@@ -58,12 +65,14 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     let still = scale.map_or_else(Vec::new, |scale| scale.direction(&fitted.model, &fitted.theta));
     let of = |r: usize| part(task, fitted, &still, r, each);
     let parts: Option<Vec<Part>> = task.fitted.par_iter().map(|&r| of(r)).collect();
-    let (mut bread, mut worth) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+    let (mut bread, mut worth, mut least) =
+        (DMatrix::zeros(n, n), DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     let (mut filling, mut between) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     let (mut blocks, mut per_reading) = (0.0_f64, Vec::new());
     for part in parts? {
         bread += &part.curvature;
         worth += &part.worth;
+        least += &part.least;
         between += part.of_record();
         per_reading.push(part.per_reading);
         for pull in part.pulls {
@@ -85,18 +94,25 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
         .collect();
     for (i, prior) in priors.iter().enumerate() {
         // A small term keeps the matrix regular for unknowns without influence.
-        bread[(i, i)] += prior + 1e-9;
-        worth[(i, i)] += prior + 1e-9;
+        for curvature in [&mut bread, &mut worth, &mut least] {
+            curvature[(i, i)] += prior + 1e-9;
+        }
     }
     let inverse = bread.try_inverse()?;
     // Number of values that the records determine, rather than the priors.
     let determined: f64 = priors.iter().enumerate().map(|(i, prior)| 1.0 - prior * inverse[(i, i)]).sum();
     filling *= blocks / (blocks - determined.max(1.0)).max(1.0);
     for (i, prior) in priors.iter().enumerate() {
-        filling[(i, i)] += prior;
+        filling[(i, i)] += BELIEVED * prior;
     }
     let [lasting, between] = [filling, between].map(|pulls| &inverse * pulls * &inverse);
-    let plain = worth.try_inverse()?;
+    let mut known = worth.clone();
+    for (i, prior) in priors.iter().enumerate() {
+        known[(i, i)] -= (1.0 - BELIEVED) * prior;
+    }
+    let worth = worth.try_inverse()?;
+    let white = &worth * known * &worth;
+    let plain = least.try_inverse()?;
     let here = cost(task, fitted, &per_reading, &fitted.theta);
     let deviation = |i: usize| {
         let own = plain[(i, i)].max(0.0).sqrt();
@@ -104,7 +120,9 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
         let is_sought = fitted.model.unknowns[i].is_of_effect();
         let here = here.filter(|_| is_sought);
         let stretch = here.map_or(1.0, |here| stretch(task, fitted, &per_reading, here, i, &step));
-        (stretch * own).max(lasting[(i, i)].max(between[(i, i)]).max(0.0).sqrt())
+        let flat = if stretch > 1.0 { stretch * own } else { 0.0 };
+        let found = [&white, &lasting, &between].map(|variances| variances[(i, i)].max(0.0).sqrt());
+        found.into_iter().fold(flat, f64::max)
     };
     let deviations: Vec<f64> = (0..n).into_par_iter().map(deviation).collect();
     deviations.iter().all(|deviation| deviation.is_finite()).then_some(deviations)
@@ -119,6 +137,7 @@ fn part(task: &Task<'_>, fitted: &Fitted, still: &[f64], r: usize, blocks: usize
     let mut part = Part {
         curvature: DMatrix::zeros(n, n),
         worth: DMatrix::zeros(n, n),
+        least: DMatrix::zeros(n, n),
         per_reading: vec![0.0; task.dataset.channels.len()],
         pulls: vec![DVector::zeros(n); blocks],
     };
@@ -131,12 +150,13 @@ fn part(task: &Task<'_>, fitted: &Fitted, still: &[f64], r: usize, blocks: usize
         let residuals = task.residuals(r, c, &here);
         let weights = task.robust_weights(r, c, &residuals);
         let factor = task.share(r, c);
-        let worth = worth(task, r, c, &residuals);
-        part.per_reading[c] = worth;
+        let [worth, least] = worth(task, r, c, &residuals);
+        part.per_reading[c] = least;
         // Only residuals beyond the dead zone move the fit.
         let beyond = task.weights_beyond(r, c, &here, &residuals);
         add_curvature(&mut part.curvature, factor, &slopes, &beyond);
         add_curvature(&mut part.worth, worth, &slopes, &weights);
+        add_curvature(&mut part.least, least, &slopes, &weights);
         let weighted = times(&residuals, &weights);
         let rows = measured.len().div_ceil(blocks).max(1);
         for (pull, block) in part.pulls.iter_mut().zip((0..measured.len()).step_by(rows)) {
@@ -148,14 +168,33 @@ fn part(task: &Task<'_>, fitted: &Fitted, still: &[f64], r: usize, blocks: usize
     Some(part)
 }
 
-/// Weight of a reading of a channel with these residuals, at most its weight in the cost.
-fn worth(task: &Task<'_>, r: usize, c: usize, residuals: &[f64]) -> f64 {
+/// Weight of a reading of a channel with these residuals: by their correlation, and as if all but noise were
+/// constant over stretches. The latter is at most its weight in the cost.
+fn worth(task: &Task<'_>, r: usize, c: usize, residuals: &[f64]) -> [f64; 2] {
     let weights = &task.weights;
     let readings = task.dataset.records[r].count(c) as f64;
+    let rows = readings / weights.looks[r][c];
     let misfit = residuals.iter().map(|&residual| robust(residual).0).sum::<f64>() / readings;
     let noise = weights.noise_of(r, c, &weights.noise[r]);
     let noise = (noise / weights.sigma[r][c]).powi(2).min(misfit);
-    task.share(r, c).min(once_per_look(noise, misfit - noise, readings / weights.looks[r][c]))
+    let mean = long_run(residuals, readings, rows as usize).max(noise).max(f64::MIN_POSITIVE);
+    [mean.recip(), task.share(r, c).min(once_per_look(noise, misfit - noise, rows))]
+}
+
+/// Variance of the mean of correlated residuals, times the number of readings, from the sums over all windows
+/// of `rows` rows. These are overlapping batch means (Meketon and Schmeiser, Winter Simulation Conference
+/// 1984).
+fn long_run(residuals: &[f64], readings: f64, rows: usize) -> f64 {
+    let rows = rows.clamp(1, residuals.len().max(1));
+    let sums: Vec<f64> = std::iter::once(0.0)
+        .chain(residuals.iter().scan(0.0, |sum, residual| {
+            *sum += residual;
+            Some(*sum)
+        }))
+        .collect();
+    let windows = sums.iter().zip(&sums[rows..]).map(|(from, to)| (to - from).powi(2));
+    let mean = windows.sum::<f64>() / (sums.len() - rows) as f64;
+    mean / rows as f64 * residuals.len() as f64 / readings
 }
 
 /// Information of a reading. Its error has one part with the variance `new` that is independent in every row,
@@ -175,19 +214,37 @@ mod tests {
     fn truth_information_of_lasting_errors_is_that_of_their_mean() {
         let (new, lasting, rows, stretches): (f64, f64, usize, usize) = (1.0, 0.25, 20, 400);
         let mut chance = Chance::seeded(7);
-        let mut draw = || chance.deviate();
-        let mut mean = || {
-            let of_stretch = |draw: &mut dyn FnMut() -> f64| {
-                let common = lasting.sqrt() * draw();
-                (0..rows).map(|_| new.sqrt() * draw() + common).sum::<f64>()
+        let mut series = || -> Vec<f64> {
+            let of_stretch = |_| {
+                let common = lasting.sqrt() * chance.deviate();
+                (0..rows).map(|_| new.sqrt() * chance.deviate() + common).collect::<Vec<f64>>()
             };
-            (0..stretches).map(|_| of_stretch(&mut draw)).sum::<f64>() / (rows * stretches) as f64
+            (0..stretches).flat_map(of_stretch).collect()
         };
+        let n = (rows * stretches) as f64;
         let draws: u32 = 400;
-        let variance = (0..draws).map(|_| mean().powi(2)).sum::<f64>() / f64::from(draws);
-        let expected = (once_per_look(new, lasting, rows as f64) * (rows * stretches) as f64).recip();
+        let (mut variance, mut estimate) = (0.0, 0.0);
+        for _ in 0..draws {
+            let series = series();
+            variance += (series.iter().sum::<f64>() / n).powi(2) / f64::from(draws);
+            // A window over ten stretches misses a thirtieth of their correlation.
+            estimate += long_run(&series, n, 10 * rows) / f64::from(draws);
+        }
+        let expected = once_per_look(new, lasting, rows as f64).recip();
         // 400 draws determine a variance to 7 %. With white noise alone the result would be off by a factor
-        // of six.
-        assert!((variance / expected - 1.0).abs() < 0.25, "{variance} against {expected}");
+        // of five.
+        assert!((variance * n / expected - 1.0).abs() < 0.25, "{variance} against {expected}");
+        // Each estimate has about 40 windows, so that the mean of all is known to 1 %.
+        assert!((estimate / expected - 1.0).abs() < 0.05, "{estimate} against {expected}");
+    }
+
+    #[test]
+    fn truth_readings_that_are_missing_carry_no_information() {
+        // Every other row is empty: half of the readings, each with the same variance.
+        let full: Vec<f64> = (0..4000).map(|k| if k % 4 < 2 { 1.0 } else { -1.0 }).collect();
+        let half: Vec<f64> =
+            full.iter().enumerate().map(|(k, x)| if k % 2 == 0 { *x } else { 0.0 }).collect();
+        let [full, half] = [(full, 4000.0), (half, 2000.0)].map(|(series, n)| long_run(&series, n, 1));
+        assert!((full - 1.0).abs() < 1e-12 && (half - 1.0).abs() < 1e-12, "{full} {half}");
     }
 }

@@ -7,7 +7,7 @@ use crate::dataset::Dataset;
 use crate::dataset::rattle::rattles;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::least_squares::Fitted;
-use crate::fit::odds::{ACCEPT, ACCEPT_ALL, evidence, room};
+use crate::fit::odds::{ACCEPT, ACCEPT_ALL, evidence, room, room_above_noise};
 use crate::fit::scored::Scored;
 use crate::fit::search::{Search, finished, score};
 use crate::gap::size::noise;
@@ -194,9 +194,11 @@ impl Judge<'_> {
         if task.weights.coarse.iter().any(|coarse| !coarse.is_seen_by(&accepted.causes)) {
             return true;
         }
-        let [check, all] = room(task, accepted);
+        let is_enough = |[check, all]: [f64; 2]| check >= asked.check && all >= asked.all;
         let noise = || noise(task, &accepted.fitted.model, &accepted.fitted.theta);
-        check >= asked.check && all >= asked.all && !unknown::is_quiet(task, accepted, &noise())
+        is_enough(room(task, accepted))
+            && !unknown::is_quiet(task, accepted, &noise())
+            && is_enough(room_above_noise(task, accepted))
     }
 
     /// Moves the best set with possible values to the front of a ranking, if it has a fair share of the

@@ -102,8 +102,8 @@ impl Judge<'_> {
         if is_outer(accepted, rival) { weighed.min(self.all(accepted)) } else { weighed }
     }
 
-    /// Standard deviations of the fitted values, with the correlation time of residuals if time is left to
-    /// measure it.
+    /// Standard deviations of the fitted values by the correlation of residuals. If no time is left to
+    /// measure it, those of the fit, which are mostly wider. Rivals always have those of the fit.
     pub(super) fn deviations(&self, accepted: &Scored) -> Vec<f64> {
         let task = &self.search.task;
         let fitted = &accepted.fitted.sigma;

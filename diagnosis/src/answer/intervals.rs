@@ -6,7 +6,7 @@
 //! friction, and other values fitted with them, have larger errors than the residuals show. These errors were
 //! measured on the same cases, and are added here.
 
-use feeler_plant::effects::{ABOVE_ZERO, Parameter, Trait};
+use feeler_plant::effects::{ABOVE_ZERO, Parameter, Scale, Trait};
 
 use crate::fit::candidates::Candidate;
 use crate::kinds::dossier;
@@ -15,7 +15,8 @@ use crate::kinds::dossier;
 /// error was 4 times the fit's deviation.
 pub(super) const BESIDE_FRICTION: f64 = 4.0;
 
-/// Standard deviation of any value as a share of it: predictions soften contacts and average over rows.
+/// Standard deviation of a positive value as a share of it: predictions soften contacts and average over
+/// rows. Without it lags and stiffnesses of the ordinary bench were off by up to four of their deviations.
 const PREDICTED: f64 = 5e-4;
 
 /// Standard deviation of a parameter of cause `i`, widened from the fit's `deviation`; the rows are
@@ -29,16 +30,19 @@ pub(super) fn widened(
     spacing_s: f64,
 ) -> f64 {
     let known = dossier(causes[i].definition.kind);
-    let predicted = if deviation > 0.0 { PREDICTED * value } else { 0.0 };
-    let deviation = deviation.hypot(known.off_rows * spacing_s).hypot(predicted);
-    match (known.read_off, (known.fractions_off)()) {
+    let deviation = deviation.hypot(known.off_rows * spacing_s);
+    // A value that was not fitted has no deviation.
+    let is_share = deviation > 0.0 && causes[i].definition.parameters[parameter].scale == Scale::Log;
+    let predicted = if is_share { PREDICTED * value } else { 0.0 };
+    let widened = match (known.read_off, (known.fractions_off)()) {
         (Some(spread), _) => deviation.min(spread * value.abs()),
         (None, Some(fractions)) => deviation.hypot(fractions[parameter] * value),
         _ if causes.iter().any(|cause| cause.definition.has(Trait::DryFriction)) => {
             BESIDE_FRICTION * deviation
         }
         _ => deviation,
-    }
+    };
+    widened.hypot(predicted)
 }
 
 /// An interval about a value, within the range of its parameter.

@@ -24,7 +24,7 @@ impl Judge<'_> {
         let widened = |sigma: &[f64]| sigma.iter().map(|sigma| BESIDE_FRICTION * sigma).collect::<Vec<_>>();
         let finest_m = finest(self.dataset, |channel| channel.resolution.max(channel.noise));
         let is_seen = |yielding: &Yielding| yielding.deflection_m > finest_m;
-        // The lasting deviations take time, and are never smaller.
+        // Measured deviations take time. A guide that is unsure by those of the fit is left out.
         if !scored.fitted.yielding(&widened(early)).iter().any(is_seen) {
             return Vec::new();
         }

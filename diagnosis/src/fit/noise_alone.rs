@@ -6,38 +6,64 @@
 
 use rayon::prelude::*;
 
+use crate::budget::Stage;
 use crate::chance::Chance;
 use crate::dataset::{Dataset, Record};
 use crate::fit::least_squares::{Fitted, Task};
 use crate::predict::{Anchoring, Predictor, Start};
 
+/// Largest error of a free prediction that still moves like the record, as a share of the signal (root mean
+/// square).
+const ALIKE: f64 = 0.2;
+
 /// Mean robust squared residual per record and channel of the model's own records with `noise`, the standard
-/// deviation per record and channel. `None` if the model has no prediction.
+/// deviation per record and channel. Zero for records whose motion the model does not predict. `None` if the
+/// model has no prediction, or no time is left.
 pub(crate) fn noise_alone(task: &Task<'_>, fitted: &Fitted, noise: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    if task.budget.is_over(Stage::Screen) {
+        return None;
+    }
     let Fitted { model, theta, .. } = fitted;
-    let own = |(r, record): (usize, &Record)| {
-        let assembly = model.assembly(theta, record.engagement)?;
-        let mut predictor = Predictor::with(assembly, model.leeway(theta), task.dataset, record).ok()?;
-        let smooth = predictor.follow(Anchoring::Never, Start::FirstRow).ok()?.smooth;
-        let mut chance = Chance::seeded(r as u64);
-        let mut own = record.clone();
-        for (c, channel) in task.dataset.channels.iter().enumerate() {
-            let read = |x: &f64| stepped(x + noise[r][c] * chance.normal(), channel.resolution);
-            own.series[c] = smooth[c].iter().map(read).collect();
-        }
-        Some(own)
-    };
-    let records: Option<Vec<Record>> = task.dataset.records.par_iter().enumerate().map(own).collect();
-    let dataset = Dataset { records: records?, ..task.dataset.clone() };
+    let made: Vec<Option<Record>> = (0..task.dataset.records.len())
+        .into_par_iter()
+        .map(|r| synthetic(task, fitted, r, &noise[r]))
+        .collect();
+    let is_alike: Vec<bool> = made.iter().map(Option::is_some).collect();
+    let records =
+        made.into_iter().zip(&task.dataset.records).map(|(made, real)| made.unwrap_or_else(|| real.clone()));
+    let records: Vec<Record> = records.collect();
+    let dataset = Dataset { records, ..task.dataset.clone() };
     let all: Vec<usize> = (0..dataset.records.len()).collect();
-    let task = Task {
-        dataset: &dataset,
-        weights: task.weights.clone(),
-        fitted: all.clone(),
-        budget: task.budget,
-        inverse: None,
-    };
-    task.misfits(model, theta, &all)
+    let weights = task.weights.clone();
+    let of_own = Task { dataset: &dataset, weights, fitted: all.clone(), budget: task.budget, inverse: None };
+    let mut misfits = of_own.misfits(model, theta, &all)?;
+    for (misfits, _) in misfits.iter_mut().zip(is_alike).filter(|(_, is_alike)| !is_alike) {
+        misfits.fill(0.0);
+    }
+    Some(misfits)
+}
+
+/// The record as the model predicts it freely, with noise and steps; `None` if that is another motion.
+fn synthetic(task: &Task<'_>, fitted: &Fitted, r: usize, noise: &[f64]) -> Option<Record> {
+    let record = &task.dataset.records[r];
+    let assembly = fitted.model.assembly(&fitted.theta, record.engagement)?;
+    let leeway = fitted.model.leeway(&fitted.theta);
+    let mut predictor = Predictor::with(assembly, leeway, task.dataset, record).ok()?;
+    let smooth = predictor.follow(Anchoring::Never, Start::FirstRow).ok()?.smooth;
+    let mut chance = Chance::seeded(r as u64);
+    let mut made = record.clone();
+    for (c, channel) in task.dataset.channels.iter().enumerate() {
+        let scale = task.weights.scale[r][c];
+        let errors = record.residual(c, &smooth[c]);
+        let mean = errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64;
+        let most = (ALIKE * scale).hypot(channel.sigma());
+        if scale.is_finite() && !(mean.sqrt() <= most) {
+            return None;
+        }
+        let read = |x: &f64| stepped(x + noise[c] * chance.normal(), channel.resolution);
+        made.series[c] = smooth[c].iter().map(read).collect();
+    }
+    Some(made)
 }
 
 /// A reading in steps of `resolution`; as it is if that is zero.

@@ -5,7 +5,7 @@
 //! part cancels. A white-noise likelihood of all readings would make every comparison certain, even wrong
 //! ones.
 
-use crate::dataset::{Channel, scatter_of};
+use crate::dataset::scatter_of;
 use crate::fit::least_squares::{Task, robust};
 use crate::fit::noise_alone::noise_alone;
 use crate::fit::scored::Scored;
@@ -69,6 +69,21 @@ pub(crate) fn probabilities(evidence: &[f64], temperature: f64) -> Vec<f64> {
 /// Largest evidence that a further cause can gain, nats: on the check experiments, and on all. Infinite if a
 /// balance of forces resolves less than the noise of predictions.
 pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
+    room_above(task, scored, |_| None)
+}
+
+/// The room above all that noise leaves: also what rounding and corrections make of it.
+pub(crate) fn room_above_noise(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
+    room_above(task, scored, |noise| noise_alone(task, &scored.fitted, noise))
+}
+
+/// The room above noise. `alone` gives the misfits per record and channel that noise of these standard
+/// deviations leaves; without it noise leaves its own mean square.
+fn room_above(
+    task: &Task<'_>,
+    scored: &Scored,
+    alone: impl Fn(&[Vec<f64>]) -> Option<Vec<Vec<f64>>>,
+) -> [f64; 2] {
     if task.inverse.as_ref().is_some_and(|inverse| inverse.weight > 0.0 && inverse.is_noisy) {
         return [f64::INFINITY; 2];
     }
@@ -78,20 +93,22 @@ pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
         // Encoder steps do not count here, since a fit ignores them. Stated noise may be too large.
         let noise = |c: usize| dataset.channels[c].noise.min(scatter_of(record, c));
         let noise: Vec<f64> = (0..misfits.len()).map(noise).collect();
+        let steps = dataset.channels.iter().map(|channel| channel.resolution / 12.0_f64.sqrt());
+        let with_steps = |join: fn(f64, f64) -> f64| -> Vec<f64> {
+            noise.iter().zip(steps.clone()).map(|(noise, step)| join(*noise, step)).collect()
+        };
         // In the difference of two encoders the steps count.
-        let step = |(noise, channel): (&f64, &Channel)| noise.max(channel.resolution / 12.0_f64.sqrt());
-        let stepped: Vec<f64> = noise.iter().zip(&dataset.channels).map(step).collect();
-        let read: Vec<f64> = dataset.channels.iter().map(Channel::sigma).collect();
+        let (larger, both) = (with_steps(f64::max), with_steps(f64::hypot));
         for (c, misfit) in misfits.iter_mut().enumerate() {
             let loss = |noise| {
                 LEAST_NOISE * mean_loss(task.weights.noise_of(r, c, noise) / task.weights.sigma[r][c])
             };
-            *misfit = loss(if task.weights.against[r][c].is_some() { &stepped } else { &noise });
-            most.push(MOST_NOISE * loss(&read));
+            *misfit = loss(if task.weights.against[r][c].is_some() { &larger } else { &noise });
+            most.push(MOST_NOISE * loss(&both));
         }
         noises.push(noise);
     }
-    if let Some(alone) = noise_alone(task, &scored.fitted, &noises) {
+    if let Some(alone) = alone(&noises) {
         let least = perfect.misfits.iter_mut().flatten();
         for ((least, alone), most) in least.zip(alone.iter().flatten()).zip(most) {
             *least = least.max((LEAST_NOISE * alone).min(most));

@@ -1,6 +1,6 @@
 //! Standard deviations of fitted values under correlated residuals: model errors are not white noise.
 //!
-//! Four estimates are made, and the largest counts:
+//! Four estimates are made, and the largest counts. The fourth counts only where the cost is flat:
 //!
 //! - **The information of the readings.** A residual counts with the variance of its mean, which its
 //!   correlation from row to row determines, and with at least the noise. The normal matrix with these
@@ -14,8 +14,6 @@
 //! - **The cost itself**, by steps along the deviation that the cost indicates, with residuals constant over
 //!   whole stretches. Where impacts make slopes steep, the cost rises less than the slopes indicate.
 //!
-//! A tolerance limits how far a believed value may be off. It counts as two standard deviations of that
-//! value, although the prior of a fit takes it as one.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -31,8 +29,11 @@ const BLOCKS: usize = 12;
 const BLOCKS_PER_UNKNOWN: usize = 3;
 /// Smallest number of records whose differences give a standard deviation.
 const RECORDS: usize = 4;
-/// Variance of a believed value over that of its prior.
-const BELIEVED: f64 = 0.25;
+
+/// Length of the windows that show the correlation of a residual, in stretches of motion.
+const STRETCHES: f64 = 2.0;
+/// Smallest variance of a reading, in sigmas of its channel.
+const LEAST_VARIANCE: f64 = 1e-6;
 
 /// The contribution of one record.
 struct Part {
@@ -42,7 +43,7 @@ struct Part {
     worth: DMatrix<f64>,
     /// Curvature with readings weighted as if the rest of a residual were constant over whole stretches.
     least: DMatrix<f64>,
-    /// The latter weight of a reading of each channel.
+    /// Weight of a reading of each channel in `least`.
     per_reading: Vec<f64>,
     /// Gradient from the residuals of each block.
     pulls: Vec<DVector<f64>>,
@@ -103,25 +104,20 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     let determined: f64 = priors.iter().enumerate().map(|(i, prior)| 1.0 - prior * inverse[(i, i)]).sum();
     filling *= blocks / (blocks - determined.max(1.0)).max(1.0);
     for (i, prior) in priors.iter().enumerate() {
-        filling[(i, i)] += BELIEVED * prior;
+        filling[(i, i)] += *prior;
     }
     let [lasting, between] = [filling, between].map(|pulls| &inverse * pulls * &inverse);
-    let mut known = worth.clone();
-    for (i, prior) in priors.iter().enumerate() {
-        known[(i, i)] -= (1.0 - BELIEVED) * prior;
-    }
-    let worth = worth.try_inverse()?;
-    let white = &worth * known * &worth;
-    let plain = least.try_inverse()?;
+    let plain = worth.try_inverse()?;
+    let along = least.try_inverse()?;
     let here = cost(task, fitted, &per_reading, &fitted.theta);
     let deviation = |i: usize| {
-        let own = plain[(i, i)].max(0.0).sqrt();
-        let step: Vec<f64> = plain.column(i).iter().map(|with| with / own.max(f64::MIN_POSITIVE)).collect();
+        let own = along[(i, i)].max(0.0).sqrt();
+        let step: Vec<f64> = along.column(i).iter().map(|with| with / own.max(f64::MIN_POSITIVE)).collect();
         let is_sought = fitted.model.unknowns[i].is_of_effect();
         let here = here.filter(|_| is_sought);
         let stretch = here.map_or(1.0, |here| stretch(task, fitted, &per_reading, here, i, &step));
         let flat = if stretch > 1.0 { stretch * own } else { 0.0 };
-        let found = [&white, &lasting, &between].map(|variances| variances[(i, i)].max(0.0).sqrt());
+        let found = [&plain, &lasting, &between].map(|variances| variances[(i, i)].max(0.0).sqrt());
         found.into_iter().fold(flat, f64::max)
     };
     let deviations: Vec<f64> = (0..n).into_par_iter().map(deviation).collect();
@@ -173,12 +169,14 @@ fn part(task: &Task<'_>, fitted: &Fitted, still: &[f64], r: usize, blocks: usize
 fn worth(task: &Task<'_>, r: usize, c: usize, residuals: &[f64]) -> [f64; 2] {
     let weights = &task.weights;
     let readings = task.dataset.records[r].count(c) as f64;
-    let rows = readings / weights.looks[r][c];
+    let looks = weights.looks[r][c];
     let misfit = residuals.iter().map(|&residual| robust(residual).0).sum::<f64>() / readings;
     let noise = weights.noise_of(r, c, &weights.noise[r]);
-    let noise = (noise / weights.sigma[r][c]).powi(2).min(misfit);
-    let mean = long_run(residuals, readings, rows as usize).max(noise).max(f64::MIN_POSITIVE);
-    [mean.recip(), task.share(r, c).min(once_per_look(noise, misfit - noise, rows))]
+    let noise = (noise / weights.sigma[r][c]).powi(2);
+    let window = STRETCHES * residuals.len() as f64 / looks;
+    let mean = long_run(residuals, readings, window as usize).max(noise).max(LEAST_VARIANCE);
+    let noise = noise.min(misfit);
+    [mean.recip(), task.share(r, c).min(once_per_look(noise, misfit - noise, readings / looks))]
 }
 
 /// Variance of the mean of correlated residuals, times the number of readings, from the sums over all windows
@@ -227,24 +225,27 @@ mod tests {
         for _ in 0..draws {
             let series = series();
             variance += (series.iter().sum::<f64>() / n).powi(2) / f64::from(draws);
-            // A window over ten stretches misses a thirtieth of their correlation.
-            estimate += long_run(&series, n, 10 * rows) / f64::from(draws);
+            estimate += long_run(&series, n, STRETCHES as usize * rows) / f64::from(draws);
         }
         let expected = once_per_look(new, lasting, rows as f64).recip();
         // 400 draws determine a variance to 7 %. With white noise alone the result would be off by a factor
         // of five.
         assert!((variance * n / expected - 1.0).abs() < 0.25, "{variance} against {expected}");
-        // Each estimate has about 40 windows, so that the mean of all is known to 1 %.
-        assert!((estimate / expected - 1.0).abs() < 0.05, "{estimate} against {expected}");
+        // A window over `k` stretches misses `1 / 3k` of their correlation.
+        let seen = new + lasting * rows as f64 * (1.0 - 1.0 / (3.0 * STRETCHES));
+        assert!((estimate / seen - 1.0).abs() < 0.02, "{estimate} against {seen}");
     }
 
     #[test]
     fn truth_readings_that_are_missing_carry_no_information() {
-        // Every other row is empty: half of the readings, each with the same variance.
-        let full: Vec<f64> = (0..4000).map(|k| if k % 4 < 2 { 1.0 } else { -1.0 }).collect();
-        let half: Vec<f64> =
-            full.iter().enumerate().map(|(k, x)| if k % 2 == 0 { *x } else { 0.0 }).collect();
-        let [full, half] = [(full, 4000.0), (half, 2000.0)].map(|(series, n)| long_run(&series, n, 1));
-        assert!((full - 1.0).abs() < 1e-12 && (half - 1.0).abs() < 1e-12, "{full} {half}");
+        // Errors that last for a hundred rows; nine of ten rows are empty.
+        let mut chance = Chance::seeded(3);
+        let errors: Vec<f64> = (0..400).flat_map(|_| [chance.deviate(); 100]).collect();
+        let read = errors.iter().enumerate().map(|(k, error)| if k % 10 == 0 { *error } else { 0.0 });
+        let read: Vec<f64> = read.collect();
+        let [all, tenth] = [(errors, 4e4), (read, 4e3)].map(|(series, n)| long_run(&series, n, 200));
+        // The same errors are known from a tenth of the readings, each of which counts ten times.
+        assert!((10.0 * tenth / all - 1.0).abs() < 0.01, "{all} {tenth}");
+        assert!(all > 50.0, "{all}");
     }
 }

@@ -213,7 +213,8 @@ pub(crate) struct Why {
 #[command(after_help = "Examples:\n  \
     feeler check scenario.toml\n  \
     feeler check scenarios/*/*.toml measured/dataset.toml\n\n\
-    Reports all mistakes of a file together, each with its line and remedy.")]
+    Reports all mistakes of a file together, each with its line and remedy.\n\
+    The exit code is 1 if one keeps the file from being used; warnings leave it 0.")]
 pub(crate) struct Check {
     /// Machine, scenario, sweep or dataset files, or dataset folders
     #[arg(required = true, value_hint = ValueHint::AnyPath)]

@@ -407,7 +407,7 @@ mod tests {
         }
     }
 
-    /// A single cause is dropped only if its interval includes zero and it removes little of the error.
+    /// A single cause is dropped only if it may be absent and removes little of the error.
     #[test]
     fn truth_a_single_cause_is_dropped_if_it_may_be_absent_and_removes_less_than_half() {
         let dataset = loaded();

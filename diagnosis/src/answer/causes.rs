@@ -10,7 +10,7 @@ use crate::budget::Stage;
 use crate::fit::candidates::Candidate;
 use crate::fit::least_squares::Fitted;
 use crate::fit::odds::probabilities;
-use crate::fit::sandwich;
+use crate::fit::sandwich::{self, Deviations};
 use crate::fit::scored::{Scored, distinct};
 use crate::judge::{Judge, LOOK_ALIKE, PARSIMONY};
 use crate::kinds::{contains, dossier, embed, nearest};
@@ -24,7 +24,7 @@ const TEMPERATURE: f64 = 4.0;
 const SLOW_TEMPERATURE: f64 = 12.0;
 /// Largest probability of a cause that was accepted before another one.
 const EARLIER: f64 = 0.95;
-/// Largest probability of a cause whose interval includes zero: on a wild seed 5 of 11 were right.
+/// Largest probability of a cause that may be absent: on a wild seed 5 of 11 were right.
 const MAYBE_ABSENT: f64 = 0.5;
 /// Smallest odds of a set of causes that is listed.
 const LEAST_ODDS: f64 = 0.005;
@@ -104,12 +104,12 @@ impl Judge<'_> {
 
     /// Standard deviations of the fitted values by the correlation of residuals. If no time is left to
     /// measure it, those of the fit, which are mostly wider. Rivals always have those of the fit.
-    pub(super) fn deviations(&self, accepted: &Scored) -> Vec<f64> {
+    pub(super) fn deviations(&self, accepted: &Scored) -> Deviations {
         let task = &self.search.task;
         let fitted = &accepted.fitted.sigma;
         let is_early = !task.budget.is_over(Stage::Compose);
         let measured = is_early.then(|| sandwich::deviations(task, &accepted.fitted)).flatten();
-        measured.unwrap_or_else(|| fitted.clone())
+        measured.unwrap_or_else(|| Deviations { stated: fitted.clone(), cautious: fitted.clone() })
     }
 
     /// The accepted causes that may be absent, in words.
@@ -117,8 +117,9 @@ impl Judge<'_> {
         let of = |(i, cause): (usize, &Candidate)| {
             let name = cause.definition.parameters.first()?.name;
             let kind = cause.definition.kind;
-            self.is_maybe_absent(accepted, i, sigma)
-                .then(|| format!("the interval of {name} of {kind} includes zero: the cause may be absent"))
+            let may_be_zero = format!("{name} of {kind} may be zero: the cause may be absent");
+            let counted = format!("with a hundred readings per record, {may_be_zero}");
+            self.is_maybe_absent(accepted, i, sigma).then_some(counted)
         };
         accepted.causes.iter().enumerate().filter_map(of).collect()
     }
@@ -126,7 +127,7 @@ impl Judge<'_> {
     /// The cause of several that is most likely absent; `None` if the interval of no size includes that of an
     /// absent cause.
     pub(crate) fn most_likely_absent(&self, accepted: &Scored) -> Option<usize> {
-        let sigma = self.deviations(accepted);
+        let sigma = self.deviations(accepted).cautious;
         let reach = |i: &usize| self.reach_of_null(accepted, *i, &sigma).unwrap_or(0.0);
         let all = 0..accepted.causes.len();
         // A fit without time for a step knows no deviations.
@@ -135,8 +136,8 @@ impl Judge<'_> {
         all.filter(is_known).max_by(|a, b| reach(a).total_cmp(&reach(b))).filter(|i| reach(i) > 1.0)
     }
 
-    /// Whether the interval of the size of cause `i` includes that of an absent cause. Evidence counts many
-    /// stretches of a residual as independent, this interval does not.
+    /// Whether the interval of the size of cause `i` includes that of an absent cause, by cautious
+    /// deviations. Evidence counts many stretches of a residual as independent, this interval does not.
     fn is_maybe_absent(&self, accepted: &Scored, i: usize, sigma: &[f64]) -> bool {
         self.reach_of_null(accepted, i, sigma).is_some_and(|reach| reach > 1.0)
     }
@@ -174,7 +175,7 @@ impl Judge<'_> {
         &self,
         accepted: &Scored,
         field: &Field,
-        (known, sigma): (f64, &[f64]),
+        (known, sigma): (f64, &Deviations),
         tried: &[Scored],
     ) -> Vec<Cause> {
         let is_near = |set: &&Scored| {
@@ -186,11 +187,11 @@ impl Judge<'_> {
             .map(|(i, cause)| {
                 // Only the last cause was compared with every other one.
                 let most = match i + 1 == accepted.causes.len() {
-                    _ if self.is_maybe_absent(accepted, i, sigma) => MAYBE_ABSENT,
+                    _ if self.is_maybe_absent(accepted, i, &sigma.cautious) => MAYBE_ABSENT,
                     true => 1.0,
                     false => EARLIER,
                 };
-                let found = self.cause(accepted, i, sigma, known * field.marginal(cause).min(most));
+                let found = self.cause(accepted, i, &sigma.stated, known * field.marginal(cause).min(most));
                 let mut found = Cause { accepted: true, ..covering(found, cause, &near) };
                 if let Some(theta) = without_gain.as_ref().filter(|_| mass_instead(cause).is_none()) {
                     reaching(&mut found, &accepted.fitted.model.parameters(i, theta));

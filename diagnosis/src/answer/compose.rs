@@ -120,7 +120,8 @@ impl Judge<'_> {
         let balanced: Vec<&Scored> =
             tried.flat_map(|tried| as_good(self, accepted, tried, &Criteria::default())).collect();
         let sigma = self.deviations(accepted);
-        let (mut adequacy, machine) = self.adequacy((accepted, &sigma), &field, &balanced, attempts, sizes);
+        let (mut adequacy, machine) =
+            self.adequacy((accepted, &sigma.cautious), &field, &balanced, attempts, sizes);
         let adequate = !adequacy.is_short();
         if !adequate && self.explains_nothing(accepted, &gap, &adequacy) {
             return self.answer(calibrated, &[], attempts);

@@ -24,11 +24,11 @@ impl Judge<'_> {
         let widened = |sigma: &[f64]| sigma.iter().map(|sigma| BESIDE_FRICTION * sigma).collect::<Vec<_>>();
         let finest_m = finest(self.dataset, |channel| channel.resolution.max(channel.noise));
         let is_seen = |yielding: &Yielding| yielding.deflection_m > finest_m;
-        // Measured deviations take time. A guide that is unsure by those of the fit is left out.
+        // The cautious deviations take time, and are never smaller.
         if !scored.fitted.yielding(&widened(early)).iter().any(is_seen) {
             return Vec::new();
         }
-        let sure = scored.fitted.yielding(&widened(&self.deviations(scored)));
+        let sure = scored.fitted.yielding(&widened(&self.deviations(scored).cautious));
         sure.into_iter().filter(is_seen).collect()
     }
 

@@ -57,7 +57,8 @@ fn synthetic(task: &Task<'_>, fitted: &Fitted, r: usize, noise: &[f64]) -> Optio
         let errors = record.residual(c, &smooth[c]);
         let mean = errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64;
         let most = (ALIKE * scale).hypot(channel.sigma());
-        if scale.is_finite() && !(mean.sqrt() <= most) {
+        let is_alike = mean.sqrt() <= most;
+        if scale.is_finite() && !is_alike {
             return None;
         }
         let read = |x: &f64| stepped(x + noise[c] * chance.normal(), channel.resolution);

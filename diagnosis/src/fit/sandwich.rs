@@ -35,6 +35,15 @@ const STRETCHES: f64 = 2.0;
 /// Smallest variance of a reading, in sigmas of its channel.
 const LEAST_VARIANCE: f64 = 1e-6;
 
+/// Standard deviations of every unknown.
+pub(crate) struct Deviations {
+    /// As stated in intervals.
+    pub(crate) stated: Vec<f64>,
+    /// At least those of the fit, and of residuals that are constant over stretches. They decide whether a
+    /// cause may be absent: with the stated ones a machine without any was accused of a dead band.
+    pub(crate) cautious: Vec<f64>,
+}
+
 /// The contribution of one record.
 struct Part {
     /// Curvature of the cost.
@@ -59,7 +68,7 @@ impl Part {
 
 /// Standard deviation of every unknown of a fitted model. `None` if the model has no prediction or the
 /// records hold no information.
-pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
+pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Deviations> {
     let n = fitted.theta.len();
     let each = BLOCKS.max(BLOCKS_PER_UNKNOWN * n).div_ceil(task.fitted.len().max(1));
     let scale = task.shared_scale(&fitted.model, &fitted.theta);
@@ -118,10 +127,11 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
         let stretch = here.map_or(1.0, |here| stretch(task, fitted, &per_reading, here, i, &step));
         let flat = if stretch > 1.0 { stretch * own } else { 0.0 };
         let found = [&plain, &lasting, &between].map(|variances| variances[(i, i)].max(0.0).sqrt());
-        found.into_iter().fold(flat, f64::max)
+        let stated = found.into_iter().fold(flat, f64::max);
+        (stated, stated.max(stretch * own).max(fitted.sigma[i]))
     };
-    let deviations: Vec<f64> = (0..n).into_par_iter().map(deviation).collect();
-    deviations.iter().all(|deviation| deviation.is_finite()).then_some(deviations)
+    let (stated, cautious): (Vec<f64>, Vec<f64>) = (0..n).into_par_iter().map(deviation).unzip();
+    stated.iter().all(|deviation| deviation.is_finite()).then_some(Deviations { stated, cautious })
 }
 
 /// The contribution of record `r`, divided into blocks. `still` is a direction in the unknowns that changes

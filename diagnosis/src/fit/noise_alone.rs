@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use crate::budget::Stage;
 use crate::chance::Chance;
-use crate::dataset::{Dataset, Record};
 use crate::fit::least_squares::{Fitted, Task};
-use crate::predict::{Anchoring, Predictor, Start};
+use crate::fit::wander::rms;
+use crate::predict::{Anchoring, Predictor, Start, in_steps};
 
 /// Largest error of a free prediction that still moves like the record, as a share of the signal (root mean
 /// square).
@@ -23,51 +23,43 @@ pub(crate) fn noise_alone(task: &Task<'_>, fitted: &Fitted, noise: &[Vec<f64>]) 
     if task.budget.is_over(Stage::Screen) {
         return None;
     }
-    let Fitted { model, theta, .. } = fitted;
-    let made: Vec<Option<Record>> = (0..task.dataset.records.len())
-        .into_par_iter()
-        .map(|r| synthetic(task, fitted, r, &noise[r]))
-        .collect();
-    let is_alike: Vec<bool> = made.iter().map(Option::is_some).collect();
-    let records =
-        made.into_iter().zip(&task.dataset.records).map(|(made, real)| made.unwrap_or_else(|| real.clone()));
-    let records: Vec<Record> = records.collect();
-    let dataset = Dataset { records, ..task.dataset.clone() };
-    let all: Vec<usize> = (0..dataset.records.len()).collect();
+    let records: Vec<usize> = (0..task.dataset.records.len()).collect();
+    let of = |&r: &usize| synthetic(task, fitted, r, &noise[r]);
+    let made: Vec<Option<Vec<Vec<f64>>>> = records.par_iter().map(of).collect();
+    let mut dataset = task.dataset.clone();
+    let mut alike = Vec::new();
+    for (r, series) in made.into_iter().enumerate().filter_map(|(r, series)| Some((r, series?))) {
+        dataset.records[r].series = series;
+        alike.push(r);
+    }
     let weights = task.weights.clone();
-    let of_own = Task { dataset: &dataset, weights, fitted: all.clone(), budget: task.budget, inverse: None };
-    let mut misfits = of_own.misfits(model, theta, &all)?;
-    for (misfits, _) in misfits.iter_mut().zip(is_alike).filter(|(_, is_alike)| !is_alike) {
-        misfits.fill(0.0);
+    let of_own = Task { dataset: &dataset, weights, fitted: records, budget: task.budget, inverse: None };
+    let found = of_own.misfits(&fitted.model, &fitted.theta, &alike)?;
+    let mut misfits = vec![vec![0.0; dataset.channels.len()]; dataset.records.len()];
+    for (r, found) in alike.into_iter().zip(found) {
+        misfits[r] = found;
     }
     Some(misfits)
 }
 
-/// The record as the model predicts it freely, with noise and steps; `None` if that is another motion.
-fn synthetic(task: &Task<'_>, fitted: &Fitted, r: usize, noise: &[f64]) -> Option<Record> {
+/// The series of a record as the model predicts it freely, with noise and steps; `None` if that is another
+/// motion.
+fn synthetic(task: &Task<'_>, fitted: &Fitted, r: usize, noise: &[f64]) -> Option<Vec<Vec<f64>>> {
     let record = &task.dataset.records[r];
     let assembly = fitted.model.assembly(&fitted.theta, record.engagement)?;
     let leeway = fitted.model.leeway(&fitted.theta);
     let mut predictor = Predictor::with(assembly, leeway, task.dataset, record).ok()?;
-    let smooth = predictor.follow(Anchoring::Never, Start::FirstRow).ok()?.smooth;
+    let mut series = predictor.follow(Anchoring::Never, Start::FirstRow).ok()?.smooth;
     let mut chance = Chance::seeded(r as u64);
-    let mut made = record.clone();
-    for (c, channel) in task.dataset.channels.iter().enumerate() {
+    for (c, (series, channel)) in series.iter_mut().zip(&task.dataset.channels).enumerate() {
         let scale = task.weights.scale[r][c];
-        let errors = record.residual(c, &smooth[c]);
-        let mean = errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64;
-        let most = (ALIKE * scale).hypot(channel.sigma());
-        let is_alike = mean.sqrt() <= most;
+        let is_alike = rms(&record.residual(c, series)) <= (ALIKE * scale).hypot(channel.sigma());
         if scale.is_finite() && !is_alike {
             return None;
         }
-        let read = |x: &f64| stepped(x + noise[c] * chance.normal(), channel.resolution);
-        made.series[c] = smooth[c].iter().map(read).collect();
+        for x in series.iter_mut() {
+            *x = in_steps(*x + noise[c] * chance.normal(), channel.resolution);
+        }
     }
-    Some(made)
-}
-
-/// A reading in steps of `resolution`; as it is if that is zero.
-fn stepped(reading: f64, resolution: f64) -> f64 {
-    if resolution > 0.0 { (reading / resolution).round() * resolution } else { reading }
+    Some(series)
 }

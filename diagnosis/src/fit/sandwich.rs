@@ -113,7 +113,7 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Deviations>
     let determined: f64 = priors.iter().enumerate().map(|(i, prior)| 1.0 - prior * inverse[(i, i)]).sum();
     filling *= blocks / (blocks - determined.max(1.0)).max(1.0);
     for (i, prior) in priors.iter().enumerate() {
-        filling[(i, i)] += *prior;
+        filling[(i, i)] += prior;
     }
     let [lasting, between] = [filling, between].map(|pulls| &inverse * pulls * &inverse);
     let plain = worth.try_inverse()?;

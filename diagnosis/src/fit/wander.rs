@@ -23,7 +23,8 @@ pub(crate) fn command_noise(command: &[f64]) -> f64 {
     if is_noise { all } else { 0.0 }
 }
 
-fn rms(series: &[f64]) -> f64 {
+/// Root mean square of a series.
+pub(super) fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|u| u * u).sum::<f64>() / series.len().max(1) as f64).sqrt()
 }
 

@@ -31,3 +31,4 @@ pub use prediction::Prediction;
 pub(crate) use presliding::Presliding;
 pub use run::Predictor;
 pub(crate) use run::Start;
+pub(crate) use sensor::in_steps;

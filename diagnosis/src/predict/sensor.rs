@@ -20,7 +20,7 @@ pub(super) fn reading(sensor: &SensorPart, signal: f64, steps: &[f64]) -> f64 {
 }
 
 /// A value rounded to whole steps; unchanged if the step is zero.
-pub(super) fn in_steps(value: f64, step: f64) -> f64 {
+pub(crate) fn in_steps(value: f64, step: f64) -> f64 {
     if step > 0.0 { (value / step).round() * step } else { value }
 }
 

@@ -254,7 +254,8 @@ impl Judge<'_> {
         })
     }
 
-    /// The causes without `gone`, and with new ones on an element; `None` if values are out of range.
+    /// The causes without `gone`, and with new ones on an element; `None` if values are out of range. A new
+    /// cause that equals a believed effect within its tolerance is that effect.
     fn replaced(
         &self,
         scored: &Scored,
@@ -273,6 +274,8 @@ impl Judge<'_> {
             model = without;
             causes.remove(i);
         }
+        let is_new = |(kind, values): &&(Kind, Vec<f64>)| !model.believes(site, *kind, values);
+        let (new, believed): (Vec<_>, Vec<_>) = new.iter().partition(is_new);
         for (kind, values) in new {
             let cause = all.iter().find(|cause| cause.site == site && cause.definition.kind == *kind)?;
             let is_within = |(value, parameter): (&f64, &Parameter)| {
@@ -288,6 +291,9 @@ impl Judge<'_> {
         start[..theta.len()].copy_from_slice(&theta);
         // The presliding of the old law is that of the new one.
         model.take_over(&mut start, old, values, 0);
+        for (kind, values) in believed {
+            model.believe(&mut start, site, *kind, values);
+        }
         let task = &self.search.task;
         Some(score(task, causes, task.fit(&model, &start, REMOVAL_STEPS)))
     }

@@ -11,6 +11,7 @@ use feeler_plant::units::Dimension;
 use crate::fit::least_squares::Fitted;
 use crate::fit::model::{DIFFERENCE, Model};
 use crate::fit::unknown::{SIGMAS, Target, Unknown};
+use crate::inverse::Inverse;
 use crate::predict::{Leeway, MOST_LATE_ROWS, Presliding};
 
 /// Step of finite differences for the timing of commands, rows.
@@ -18,6 +19,9 @@ const TIMING_DIFFERENCE: f64 = 1e-2;
 
 /// Shift of the trial presliding frequency of sticking guides, as a logarithm.
 const STIFFER: f64 = 1.4;
+
+/// Stiffness of presliding times Dahl's length, over the level; see the effect `presliding`.
+const DAHL: f64 = 0.7;
 
 /// Prior standard deviations of presliding frequency and damping ratio, as logarithms.
 const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];
@@ -125,17 +129,37 @@ impl Model {
         let assembly = other.model.assembly(&other.theta, None)?;
         let (link, bristle) = assembly.links.iter().find_map(|link| Some((link, link.bristle?)))?;
         let mass_kg = assembly.sliding_mass_kg(link);
-        let omega = (bristle.stiffness / mass_kg).sqrt();
+        Some(self.on_bristles(start, bristle.stiffness, bristle.damping, mass_kg))
+    }
+
+    /// The point at which guides give way before they slide as a balance of forces found; `None` if presliding
+    /// is not fitted, or if there is no balance.
+    pub(crate) fn giving_way(&self, theta: &[f64], inverse: Option<&Inverse>) -> Option<Vec<f64>> {
+        let turn = inverse?.turn_beside(self.tried.iter().map(|tried| tried.effect.definition.kind));
+        if !self.has_free_presliding() || turn.way_m <= 0.0 {
+            return None;
+        }
+        let assembly = self.assembly(theta, None)?;
+        let (_, link) = assembly.dry_guides().find(|(_, link)| link.presliding.is_none())?;
+        let level = 0.5 * (link.friction.forward + link.friction.backward);
+        let stiffness = DAHL * level / turn.way_m;
+        let mass_kg = assembly.sliding_mass_kg(link);
+        Some(self.on_bristles(theta, stiffness, turn.ahead_s * stiffness / DAHL, mass_kg))
+    }
+
+    /// The point at which guides preslide with this stiffness and damping.
+    fn on_bristles(&self, start: &[f64], stiffness: f64, damping: f64, mass_kg: f64) -> Vec<f64> {
+        let omega = (stiffness / mass_kg).sqrt();
         let mut start = start.to_vec();
         for (unknown, start) in self.unknowns.iter().zip(&mut start) {
             let value = match unknown.target {
                 Target::PreslidingFrequency => omega / TAU,
-                Target::PreslidingDamping => bristle.damping / (2.0 * mass_kg * omega),
+                Target::PreslidingDamping => damping / (2.0 * mass_kg * omega),
                 _ => continue,
             };
             *start = unknown.theta(value).clamp(unknown.bounds.0, unknown.bounds.1);
         }
-        Some(start)
+        start
     }
 
     /// Whether commands act at the earliest or latest permitted instant.

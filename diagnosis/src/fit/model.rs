@@ -217,25 +217,38 @@ impl Model {
         effects.get(e).is_some_and(|effect| self.replaces(site, effect.definition.kind))
     }
 
+    /// The unknowns of a believed effect: number of the unknown and of its parameter.
+    fn beliefs_of(&self, site: Site, kind: Kind) -> impl Iterator<Item = (usize, usize)> {
+        let effects = self.believed.element(site).map_or(&[][..], |(_, element)| element.effects());
+        let own = effects.iter().position(|effect| effect.definition.kind == kind);
+        self.unknowns.iter().enumerate().filter_map(move |(i, unknown)| match unknown.target {
+            Target::Belief(s, e, p) if s == site && Some(e) == own => Some((i, p)),
+            _ => None,
+        })
+    }
+
+    /// Whether an effect with these values matches a believed one within its tolerance.
+    pub(crate) fn believes(&self, site: Site, kind: Kind, values: &[f64]) -> bool {
+        let mut own = self.beliefs_of(site, kind).peekable();
+        let is_within = |(i, p): (usize, usize)| {
+            let Unknown { bounds: (low, high), .. } = self.unknowns[i];
+            (low..=high).contains(&self.unknowns[i].theta(values[p]))
+        };
+        own.peek().is_some() && own.all(is_within)
+    }
+
+    /// Gives a believed effect these values, as far as its tolerance allows.
+    pub(crate) fn believe(&self, theta: &mut [f64], site: Site, kind: Kind, values: &[f64]) {
+        for (i, p) in self.beliefs_of(site, kind) {
+            let unknown = &self.unknowns[i];
+            theta[i] = unknown.theta(values[p]).clamp(unknown.bounds.0, unknown.bounds.1);
+        }
+    }
+
     /// Whether effect `effect` at `theta` matches a believed effect within its tolerance.
     pub(crate) fn is_believed(&self, effect: usize, theta: &[f64]) -> bool {
         let Tried { site, effect: tried } = &self.tried[effect];
-        let values = self.parameters(effect, theta);
-        let mut own = self.unknowns.iter().filter_map(|unknown| match unknown.target {
-            Target::Belief(s, e, p) if s == *site => {
-                let kind = self.believed.element(s)?.1.effects().get(e)?.definition.kind;
-                (kind == tried.definition.kind).then_some((unknown, p))
-            }
-            _ => None,
-        });
-        let is_within = |(unknown, p): (&Unknown, usize)| {
-            (unknown.bounds.0..=unknown.bounds.1).contains(&unknown.theta(values[p]))
-        };
-        let mut any = false;
-        own.all(|pair| {
-            any = true;
-            is_within(pair)
-        }) && any
+        self.believes(*site, tried.definition.kind, &self.parameters(effect, theta))
     }
 
     /// Number of effect parameters among the unknowns: the measure of complexity.
@@ -258,15 +271,8 @@ impl Model {
     /// Copies the values of another model's trial effects into the believed effects of the same kind that
     /// they replaced.
     pub(crate) fn take_back(&self, start: &mut [f64], other: &Self, theta: &[f64]) {
-        for (unknown, start) in self.unknowns.iter().zip(start) {
-            let Target::Belief(site, e, p) = unknown.target else { continue };
-            let effects = self.believed.element(site).map_or(&[][..], |(_, element)| element.effects());
-            let kind = effects.get(e).map(|effect| effect.definition.kind);
-            let is_it = |tried: &Tried| tried.site == site && Some(tried.effect.definition.kind) == kind;
-            if let Some(i) = other.tried.iter().position(is_it) {
-                let value = other.parameters(i, theta)[p];
-                *start = unknown.theta(value).clamp(unknown.bounds.0, unknown.bounds.1);
-            }
+        for (i, tried) in other.tried.iter().enumerate() {
+            self.believe(start, tried.site, tried.effect.definition.kind, &other.parameters(i, theta));
         }
     }
 

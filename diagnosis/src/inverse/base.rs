@@ -119,6 +119,12 @@ impl Base {
             && matches!(cause.site.table, ElementKind::Bodies | ElementKind::Springs | ElementKind::Actuators)
     }
 
+    /// The believed moving mass.
+    pub(super) fn mass(&self) -> f64 {
+        let of = |side: &Side| if let Side::Mass(mass) = side { Some(*mass) } else { None };
+        self.sides.iter().find_map(of).unwrap_or(0.0)
+    }
+
     /// The terms that no cause replaces, with their numbers.
     pub(super) fn sides<'a>(&'a self, causes: &'a [Candidate]) -> impl Iterator<Item = (usize, &'a Side)> {
         let stays = |(_, side): &(usize, &Side)| match side {

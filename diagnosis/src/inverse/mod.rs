@@ -11,6 +11,7 @@ mod noise;
 mod rows;
 mod smooth;
 mod solve;
+mod turn;
 
 use base::Base;
 pub(crate) use base::Part;
@@ -19,6 +20,8 @@ use solve::{Term, solve, sum};
 
 pub(crate) use family::Family;
 pub(crate) use smooth::Smooth;
+use turn::Changes;
+pub(crate) use turn::Turn;
 
 use crate::dataset::{Channel, Dataset, Record};
 use crate::fit::candidates::Candidate;
@@ -26,6 +29,7 @@ use crate::fit::wander::command_noise;
 use crate::kinds::{Extent, Form, Shown, dossier};
 use crate::predict::pace;
 use feeler_plant::description::{Engagement, Quantity};
+use feeler_plant::effects::Kind;
 
 /// Rows kept for each independent one: rows at twice the corner frequency are independent.
 const ROWS_PER_INDEPENDENT: f64 = 2.0;
@@ -41,8 +45,10 @@ const FEWEST_CHECKED: usize = 24;
 /// Experiments prepared for balances of forces.
 pub(crate) struct Inverse {
     base: Base,
-    fitted: Vec<Rows>,
-    checked: Vec<Rows>,
+    /// The experiments as sets of causes see them that change a command at its reversals, or do not. How
+    /// guides give way is found for each of these [`Changes`], since a lag has nearly the same effect as
+    /// damping of bristles.
+    views: [View; Changes::ALL.len()],
     /// Whether the instant at which commands act within their rows is fitted.
     is_shifted: bool,
     extent: Extent,
@@ -57,8 +63,18 @@ pub(crate) struct Inverse {
     alone: Vec<f64>,
 }
 
-/// Trial presliding distances of guides, as shares of the stroke.
-const WAYS: [f64; 6] = [1e-6, 1e-4, 2.5e-4, 6e-4, 1.5e-3, 4e-3];
+/// Experiments, fitted and checked, with how guides give way before they slide.
+struct View {
+    fitted: Vec<Rows>,
+    checked: Vec<Rows>,
+    turn: Turn,
+}
+
+impl View {
+    fn all(&mut self) -> impl Iterator<Item = &mut Rows> {
+        self.fitted.iter_mut().chain(&mut self.checked)
+    }
+}
 
 /// The balance of a set of causes.
 #[derive(Clone, Debug)]
@@ -87,6 +103,10 @@ struct Shaped<'a> {
 }
 
 impl Shaped<'_> {
+    fn changes(&self) -> Changes {
+        Changes::of(self.shown.iter().map(|shown| shown.form))
+    }
+
     /// Gain from command to force.
     fn gain(&self) -> f64 {
         let gains = self.shown.iter().zip(&self.shapes);
@@ -124,16 +144,15 @@ impl Inverse {
         if !corner.is_finite() {
             return None;
         }
-        let (mut fitted, mut checked) = (ready(false), ready(true));
+        let view = |()| View { fitted: ready(false), checked: ready(true), turn: Turn::default() };
+        let mut views = [(); Changes::ALL.len()].map(view);
+        let View { fitted, checked, .. } = &views[0];
         let kept = |rows: &[Rows]| rows.iter().map(|rows| rows.thin(&rows.speed).len()).sum::<usize>();
-        if kept(&fitted) < FEWEST_FITTED || kept(&checked) < FEWEST_CHECKED {
+        if kept(fitted) < FEWEST_FITTED || kept(checked) < FEWEST_CHECKED {
             return None;
         }
-        let extent = Rows::extent(&fitted);
-        let most_kept_values = rows::MOST_KEPT_VALUES / (fitted.len() + checked.len()).max(1);
-        for rows in fitted.iter_mut().chain(&mut checked) {
-            (rows.middle, rows.most_kept_values) = (extent.middle(), most_kept_values);
-        }
+        let extent = Rows::extent(fitted);
+        let most_kept_values = rows::MOST_KEPT_VALUES / (views.len() * (fitted.len() + checked.len())).max(1);
         let ends = fitted.iter().filter_map(|rows| rows.times_s().last().copied());
         let from_s =
             fitted.iter().filter_map(|rows| rows.times_s().first().copied()).fold(f64::MAX, f64::min);
@@ -143,33 +162,28 @@ impl Inverse {
         let alone = Vec::new();
         let changes = |rows: &Rows| rows.thin(&rows.command_rate).iter().any(|rate| rate.abs() > 0.0);
         let is_shifted = is_sampled && fitted.iter().any(changes);
-        let mut inverse =
-            Self { base, fitted, checked, is_shifted, extent, from_s, span_s, weight, is_noisy, alone };
+        for rows in views.iter_mut().flat_map(View::all) {
+            (rows.middle, rows.most_kept_values) = (extent.middle(), most_kept_values);
+        }
+        let mut inverse = Self { base, views, is_shifted, extent, from_s, span_s, weight, is_noisy, alone };
         inverse.turn();
         inverse.weigh_rows();
         inverse.alone = inverse.squares(&NOTHING, None)?;
         (mean(&inverse.alone) > 0.0).then_some(inverse)
     }
 
-    /// Finds the presliding distance of guides: the trial distance with the smallest residual of the believed
-    /// machine, with any level of friction.
-    fn turn(&mut self) {
-        let stroke = self.extent.stroke();
-        let ways = WAYS.map(|share| share * stroke);
-        let left = |way: f64, inverse: &mut Self| {
-            inverse.fitted.iter_mut().for_each(|rows| rows.turn_over(way));
-            let (mut terms, target) = inverse.balance(&inverse.fitted, &NOTHING, None);
-            let series = inverse
-                .fitted
-                .iter()
-                .flat_map(|rows| rows.thin(&rows.of_motion(0.0, |at| at.direction)))
-                .collect();
-            terms.push(Term { series, low: f64::NEG_INFINITY, high: f64::INFINITY });
-            solve(&terms, &target).map_or(f64::INFINITY, |x| mean(&squares(&terms, &x, &target)))
-        };
-        let tried = ways.map(|way| (left(way, self), way));
-        let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, way)| way);
-        self.fitted.iter_mut().chain(&mut self.checked).for_each(|rows| rows.turn_over(best));
+    fn view(&self, shaped: &Shaped<'_>) -> &View {
+        &self.views[shaped.changes().index()]
+    }
+
+    fn fitted(&self, shaped: &Shaped<'_>) -> &[Rows] {
+        &self.view(shaped).fitted
+    }
+
+    /// How guides give way beside causes of these kinds.
+    pub(crate) fn turn_beside(&self, kinds: impl Iterator<Item = Kind>) -> Turn {
+        let forms = kinds.filter_map(|kind| Some(dossier(kind).balance?.form));
+        self.views[Changes::of(forms).index()].turn
     }
 
     /// The causes that a balance involves.
@@ -181,7 +195,7 @@ impl Inverse {
 
     /// Factors on mass, damping and effects of the believed machine at which the forces balance best.
     pub(crate) fn believed(&self) -> Vec<(Part, f64)> {
-        let (terms, target) = self.balance(&self.fitted, &NOTHING, None);
+        let (terms, target) = self.balance(self.fitted(&NOTHING), &NOTHING, None);
         solve(&terms, &target).map_or_else(Vec::new, |found| self.factors(&NOTHING, &found))
     }
 
@@ -202,7 +216,7 @@ impl Inverse {
     pub(crate) fn weigh(&self, causes: &[Candidate]) -> Option<Balanced> {
         let shaped = self.shaped(causes)?;
         let left = self.squares(&shaped, None)?;
-        let (terms, target) = self.balance(&self.fitted, &shaped, None);
+        let (terms, target) = self.balance(self.fitted(&shaped), &shaped, None);
         let coefficients = solve(&terms, &target)?;
         let unknowns: usize = causes.iter().map(|cause| cause.definition.parameters.len()).sum();
         Some(Balanced {
@@ -247,27 +261,28 @@ impl Inverse {
 
     /// Mean weighed square residual on the fitted experiments; infinite if they do not determine it.
     fn left(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> f64 {
-        let (terms, target) = self.balance(&self.fitted, shaped, smooth);
+        let (terms, target) = self.balance(self.fitted(shaped), shaped, smooth);
         solve(&terms, &target).map_or(f64::INFINITY, |x| mean(&squares(&terms, &x, &target)))
     }
 
     /// Root mean square of a force on the check experiments, from its weighed squares.
     fn force(&self, squares: &[f64]) -> f64 {
-        let weights = self.checked.iter().flat_map(|rows| &rows.weights);
+        let weights = self.views[0].checked.iter().flat_map(|rows| &rows.weights);
         mean(&squares.iter().zip(weights).map(|(x, weight)| x / (weight * weight)).collect::<Vec<_>>()).sqrt()
     }
 
     /// Root mean square of the drive force on the check experiments.
     fn drive_force(&self) -> f64 {
-        let all: Vec<f64> = self.checked.iter().flat_map(|rows| rows.thin(&rows.smooth)).collect();
+        let all: Vec<f64> = self.views[0].checked.iter().flat_map(|rows| rows.thin(&rows.smooth)).collect();
         rows::rms(&all).max(f64::MIN_POSITIVE)
     }
 
     /// Weighed square residuals on the check experiments of causes fitted on the others. A smooth force is
     /// included if given.
     fn squares(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> Option<Vec<f64>> {
+        let view = self.view(shaped);
         let [mut fitted, mut checked] =
-            [&self.fitted, &self.checked].map(|rows| self.balance(rows, shaped, smooth));
+            [&view.fitted, &view.checked].map(|rows| self.balance(rows, shaped, smooth));
         if smooth == Some(Family::Command) {
             let mut made = solve(&fitted.0, &fitted.1)?;
             if self.is_shifted {
@@ -276,7 +291,7 @@ impl Inverse {
                 let shift = made.len() - 1 - bands;
                 made[shift] = 0.0;
             }
-            for ((terms, target), rows) in [(&mut fitted, &self.fitted), (&mut checked, &self.checked)] {
+            for ((terms, target), rows) in [(&mut fitted, &view.fitted), (&mut checked, &view.checked)] {
                 let weights: Vec<f64> = rows.iter().flat_map(|rows| rows.weights.iter().copied()).collect();
                 let command = sum(terms, &made, target.len());
                 terms.extend(self.drive_terms(&command, &weights));

@@ -5,7 +5,7 @@ use super::family::Family;
 use super::rows::Rows;
 use super::smooth::free;
 use super::solve::solve;
-use super::{Inverse, NOTHING, squares};
+use super::{Inverse, NOTHING, View, squares};
 
 /// Share that friction lacks of its level, between classes of rows from clear motion to reversals.
 const CLASSES: [f64; 4] = [0.02, 0.1, 0.3, 0.6];
@@ -20,15 +20,16 @@ impl Inverse {
             let lacks = rows.thin(&rows.of_motion(0.0, |at| 1.0 - at.direction.abs()));
             lacks.iter().map(|lack| CLASSES.iter().filter(|bound| *lack > **bound).count()).collect()
         };
-        let (mut terms, target) = self.balance(&self.fitted, &NOTHING, Some(Family::Motion));
+        let (mut terms, target) = self.balance(self.fitted(&NOTHING), &NOTHING, Some(Family::Motion));
         for order in 0..2 {
             let of = |rows: &Rows| rows.thin([&rows.acceleration, &rows.speed][order]);
-            terms.push(free(self.fitted.iter().flat_map(of).collect()));
+            terms.push(free(self.fitted(&NOTHING).iter().flat_map(of).collect()));
         }
         let Some(found) = solve(&terms, &target) else { return };
         let squares = squares(&terms, &found, &target);
-        let all: Vec<Vec<usize>> = self.fitted.iter().chain(&self.checked).map(classes).collect();
-        let class: Vec<usize> = all[..self.fitted.len()].concat();
+        let View { fitted, checked, .. } = self.view(&NOTHING);
+        let all: Vec<Vec<usize>> = fitted.iter().chain(checked).map(classes).collect();
+        let class: Vec<usize> = all[..fitted.len()].concat();
         let mut least = 0.0_f64;
         let variances: Vec<f64> = (0..=CLASSES.len())
             .map(|own| {
@@ -42,7 +43,8 @@ impl Inverse {
             .collect();
         let clear = variances.iter().copied().find(|variance| *variance > 0.0).unwrap_or(1.0);
         let weights = |class: &usize| (clear / variances[*class].max(clear)).sqrt();
-        for (rows, classes) in self.fitted.iter_mut().chain(&mut self.checked).zip(&all) {
+        // Squares of both views are compared.
+        for (rows, classes) in self.views.iter_mut().flat_map(|view| view.all().zip(&all)) {
             rows.weights = classes.iter().map(weights).collect();
         }
     }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::sync::Mutex;
 
+use super::turn::Turn;
 use crate::filter;
 use crate::kinds::{At, Extent};
 use crate::predict::MOST_LATE_ROWS;
@@ -12,9 +13,13 @@ use crate::predict::MOST_LATE_ROWS;
 const ABOVE_MOTION: f64 = 6.0;
 /// Largest corner, in cycles per row.
 const MOST_CORNER: f64 = 0.15;
+const MOST_TURNING: f64 = 0.45;
 /// Ratio of the low-pass corner for motion in nonlinear terms to the main corner. Strong smoothing before a
 /// nonlinear term would change its instants and its size.
 const LIGHT: f64 = 2.0;
+/// Ratios of the low-pass corner of the speed that decides reversals to that corner. Strong smoothing moves a
+/// reversal, since the acceleration changes at it.
+pub(super) const SHARPER: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Rows per period of the corner at which terms are computed, and the number that is kept. At this density
 /// the instant of a reversal between two rows has no effect.
 const ROWS_PER_CORNER: f64 = 48.0;
@@ -65,6 +70,8 @@ pub(super) struct Rows {
     /// Position and speed for nonlinear terms, with a higher corner.
     position: Vec<f64>,
     light_speed: Vec<f64>,
+    /// Speed for the direction of friction, with corners above that of `light_speed`.
+    turning_speeds: [Vec<f64>; SHARPER.len()],
     /// See [`At::direction`].
     direction: Vec<f64>,
     /// Weights of the kept rows.
@@ -113,6 +120,10 @@ impl Rows {
             position,
             direction: light_speed.iter().map(|v| v.signum()).collect(),
             light_speed,
+            turning_speeds: SHARPER.map(|sharper| {
+                let corner = (sharper * LIGHT * corner_hz).min(MOST_TURNING / measured_spacing_s);
+                few(&slope(&smoothed(measured.position, corner, measured_spacing_s), measured_spacing_s))
+            }),
             speed: few(&speed),
             acceleration: few(&acceleration),
             weights: Vec::new(),
@@ -147,14 +158,15 @@ impl Rows {
         self.smooth.iter().zip(changes.iter().step_by(self.apart)).map(|(u, change)| u + change).collect()
     }
 
-    /// Sets the direction to that of friction in a guide with presliding distance `way_m`. The friction
-    /// approaches its level exponentially with the distance moved (Dahl, Solid Friction Damping of Mechanical
-    /// Vibrations, AIAA Journal 14, 1976).
-    pub(super) fn turn_over(&mut self, way_m: f64) {
+    /// Sets the direction to that of friction in a guide that gives way. The friction approaches its level
+    /// exponentially with the distance moved (Dahl, Solid Friction Damping of Mechanical Vibrations, AIAA
+    /// Journal 14, 1976). Damping of the bristles leads it. Without that a drive would appear to lag.
+    pub(super) fn turn_over(&mut self, Turn { way_m, ahead_s, sharper }: Turn) {
         self.kept_forces = Mutex::default();
-        let mut direction = self.light_speed.first().map_or(0.0, |v| v.signum());
-        for k in 0..self.light_speed.len() {
-            let [from, to] = [self.light_speed[k.saturating_sub(1)], self.light_speed[k]];
+        let speed = &self.turning_speeds[sharper];
+        let mut direction = speed.first().map_or(0.0, |v| v.signum());
+        for k in 0..speed.len() {
+            let [from, to] = [speed[k.saturating_sub(1)], speed[k]];
             // If the motion reverses between two rows, both directions count. A reversal that took effect
             // only at the next row would look like a delay.
             let turn = from / (from - to);
@@ -164,7 +176,8 @@ impl Rows {
                 let left = (-moved.abs() / way_m.max(f64::MIN_POSITIVE)).exp();
                 direction = moved.signum() + (direction - moved.signum()) * left;
             }
-            self.direction[k] = direction;
+            let to_go = to.signum() - direction;
+            self.direction[k] = direction + ahead_s * to.abs() / way_m.max(f64::MIN_POSITIVE) * to_go;
         }
     }
 

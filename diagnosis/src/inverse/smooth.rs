@@ -106,7 +106,7 @@ impl Inverse {
     fn families(&self) -> [Vec<Family>; 6] {
         let stroke = self.extent.stroke();
         let waves = (0..WAVES).map(|k| LEAST_WAVES + WAVES_STEP * k as f64);
-        let fastest = self.fitted.iter().flat_map(|rows| rows.thin(&rows.speed));
+        let fastest = self.views[0].fitted.iter().flat_map(|rows| rows.thin(&rows.speed));
         let fastest = fastest.fold(f64::MIN_POSITIVE, |most, v| most.max(v.abs()));
         let fading = (1..=FADINGS).map(|k| FADING_STEP * k as f64 / fastest);
         [
@@ -199,7 +199,7 @@ impl Inverse {
         // A term without rows would leave the others undetermined, too.
         let is_reached = |node: &usize| {
             let centre = first + *node as f64 * spacing;
-            self.fitted.iter().any(|rows| rows.come_near(centre, spacing))
+            self.views[0].fitted.iter().any(|rows| rows.come_near(centre, spacing))
         };
         let nodes: Vec<usize> = (0..NODES).filter(is_reached).collect();
         let smooth = |&node: &usize| free(rows.of_motion(0.0, |at| share(at.position, node)));

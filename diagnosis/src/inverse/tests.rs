@@ -305,7 +305,7 @@ fn truth_a_family_counts_its_terms() {
     let (inverse, _) = inverse("", &|_, v| 6.0 * v.signum());
     let waves = Family::Waves { pitch_m: 0.1 };
     for (family, shapes) in [(Family::Motion, 0), (Family::Places, 0), (waves, 1), (Family::Time, 0)] {
-        let terms = inverse.guide_terms(&inverse.fitted[0], family).len();
+        let terms = inverse.guide_terms(&inverse.views[0].fitted[0], family).len();
         assert_eq!(terms + shapes, family.unknowns(), "{family:?}");
     }
 }

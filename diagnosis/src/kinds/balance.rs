@@ -31,7 +31,8 @@ pub(crate) struct At {
     /// Middle of the stroke of all experiments, m.
     pub(crate) middle: f64,
     pub(crate) speed: f64,
-    /// Direction of the motion from -1 to 1; it changes gradually during presliding.
+    /// Direction of the motion from -1 to 1. It changes gradually during presliding, and exceeds one while
+    /// damping of the bristles adds to their force.
     pub(crate) direction: f64,
     pub(crate) shape: f64,
 }

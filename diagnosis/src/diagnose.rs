@@ -237,6 +237,10 @@ impl<'a> Composing<'a> {
         let is_better =
             |pair: &&Scored| judge.check(calibrated, pair) > ACCEPT && judge.outweighs(pair, &self.accepted);
         let Some(best) = pairs.first().filter(is_better) else { return false };
+        if best.is_same(&self.accepted) {
+            self.accepted = best.clone();
+            return false;
+        }
         let keep = Asked::beside(calibrated).keep;
         let pruned = judge.prune(best.clone(), |_| keep);
         let is_as_large = |pair: &&Scored| pair.causes.len() == pruned.causes.len();
@@ -325,11 +329,11 @@ mod tests {
 
     /// Four records of the axis with a load.
     fn loaded() -> Dataset {
-        of_real(&format!("{BELIEVED}{LOAD}"), 8.0)
+        of_real(BELIEVED, &format!("{BELIEVED}{LOAD}"), 8.0)
     }
 
     /// Four records of a real axis, with commands of an amplitude in N.
-    fn of_real(real: &str, amplitude_n: f64) -> Dataset {
+    fn of_real(believed: &str, real: &str, amplitude_n: f64) -> Dataset {
         let machine = |text: &str| Document::parse(text, "axis.toml").unwrap().scenario.machine;
         let channel = Channel { column: "x".into(), source: Source::Sensor(0), noise: 1e-6, resolution: 0.0 };
         let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: Some(2e-3) }];
@@ -340,7 +344,7 @@ mod tests {
             Record { is_check: i % 2 == 1, ..record }
         };
         let records = (0..4).map(record).collect();
-        let mut dataset = Dataset::new("axis", machine(BELIEVED), drives, vec![channel], records);
+        let mut dataset = Dataset::new("axis", machine(believed), drives, vec![channel], records);
         for r in 0..dataset.records.len() {
             let real = assemble(&machine(real)).unwrap();
             let seen = Predictor::new(real, &dataset, &dataset.records[r]).unwrap().free().unwrap();
@@ -355,7 +359,7 @@ mod tests {
     fn truth_steps_of_readings_leave_no_room_for_a_cause() {
         let rooms_of = |real: &str| {
             // Over strokes of some micrometres noise is most of what a prediction misses.
-            let mut dataset = of_real(real, 2e-3);
+            let mut dataset = of_real(BELIEVED, real, 2e-3);
             let (noise, resolution) = (0.4e-6, 1e-6);
             (dataset.channels[0].noise, dataset.channels[0].resolution) = (noise, resolution);
             let mut chance = Chance::default();
@@ -405,6 +409,23 @@ mod tests {
             judge.prefer_freed(&mut ranked, damping);
             assert!(!is_damping(&ranked[0]), "{times}");
         }
+    }
+
+    /// A load of 3 N beside believed friction of 4 N is friction of 7 N one way and of 1 N the other, which is
+    /// replaced by the load alone.
+    #[test]
+    fn truth_a_sum_with_believed_friction_is_its_other_part() {
+        let believed = format!("{BELIEVED}[springs.guide.effects.coulomb-friction]\nlevel = 4.0\n");
+        let real = format!("{BELIEVED}{LOAD}[springs.guide.effects.coulomb-friction]\nlevel = 4.0\n");
+        let dataset = of_real(&believed, &real, 12.0);
+        let found = search(&dataset, Budget::unlimited(), &|_| {}, |_, _| true).unwrap();
+        let judge = Judge::new(&dataset, &found);
+        let is_sum = |scored: &&Scored| scored.causes[0].definition.kind == Kind::AsymmetricFriction;
+        let split = judge.split(found.singles.iter().find(is_sum).unwrap()).unwrap();
+        let kinds: Vec<Kind> = split.causes.iter().map(|cause| cause.definition.kind).collect();
+        assert_eq!(kinds, [Kind::ConstantLoad]);
+        // A thousandth of the command.
+        assert!((split.values(0)[0] - 3.0).abs() < 0.012, "{:?}", split.values(0));
     }
 
     /// A single cause is dropped only if it may be absent and removes little of the error.

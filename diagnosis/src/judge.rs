@@ -229,7 +229,8 @@ impl Judge<'_> {
         self.check(&self.search.calibrated, scored) > ACCEPT && self.all(scored) > ACCEPT_ALL
     }
 
-    /// Replaces a cause by the two causes whose sum it is. They predict the same, so they are preferred.
+    /// Replaces a cause by the two causes whose sum it is. They predict the same, so they are preferred. A part
+    /// that is believed is no cause.
     pub(crate) fn split(&self, accepted: &Scored) -> Option<Scored> {
         let is_sum = |cause: &Candidate| dossier(cause.definition.kind).parts.is_some();
         let i = accepted.causes.iter().position(is_sum)?;
@@ -286,6 +287,9 @@ impl Judge<'_> {
             }
             model = model.with(site, cause.definition, values);
             causes.push(*cause);
+        }
+        if causes.is_empty() {
+            return None;
         }
         let mut start = model.start();
         start[..theta.len()].copy_from_slice(&theta);

@@ -14,6 +14,8 @@ use crate::kinds::{apart, contains, nearest};
 
 /// Evidence in a balance that a second cause must add before the pair is fitted, nats.
 const WORTH_FITTING: f64 = 6.0;
+/// Evidence that a pair may gain from its own reversals of friction, nats.
+const ROUGH: f64 = 20.0;
 /// Largest number of pairs that are fitted.
 const MOST_PAIRS: usize = 4;
 /// Share of a cause's evidence that another cause must have alone to be tried in its place.
@@ -55,6 +57,10 @@ impl Judge<'_> {
         let mut proposed: Vec<([Candidate; 2], Balanced)> = pairs
             .into_par_iter()
             .filter(|_| !task.budget.is_over(Stage::Screen))
+            .filter(|pair| {
+                let rough = inverse.weigh_roughly(pair);
+                rough.is_some_and(|rough| rough.nats > best + WORTH_FITTING - ROUGH)
+            })
             .filter_map(|pair| Some((pair, inverse.weigh(&pair)?)))
             .filter(|(_, balanced)| balanced.nats > best + WORTH_FITTING)
             .collect();

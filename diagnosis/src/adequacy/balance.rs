@@ -15,8 +15,8 @@ use crate::kinds::dossier;
 /// Largest number of rival sets that are named.
 const MOST_NAMED: usize = 2;
 
-/// Balances that differ by less than this are equal but for rounding, nats.
-const SAME_NATS: f64 = 1e-3;
+/// Balances that differ by less than this are equal but for rounding and for the search of reversals, nats.
+const SAME_NATS: f64 = 0.1;
 
 /// The smooth force beyond the accepted causes, if it is large enough to matter.
 pub(super) fn beyond(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Option<Smooth> {

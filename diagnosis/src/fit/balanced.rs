@@ -9,8 +9,8 @@ use crate::inverse::Balanced;
 /// balance has the causes of the model, in the same order.
 fn cheaper(task: &Task<'_>, model: &Model, theta: &[f64], found: &Balanced) -> Option<(Vec<f64>, f64)> {
     let there = model.with_values(&model.scaled(theta, &found.believed), &found.values);
-    let giving_way = model.giving_way(&there, task.inverse.as_ref());
-    let costs = std::iter::once(there).chain(giving_way).map(|point| (task.cost(model, &point), point));
+    let reversing = model.reversing(&there, found.reversal);
+    let costs = std::iter::once(there).chain(reversing).map(|point| (task.cost(model, &point), point));
     let (cost, there) = costs.min_by(|a, b| a.0.total_cmp(&b.0))?;
     (cost < task.cost(model, theta)).then_some((there, cost))
 }

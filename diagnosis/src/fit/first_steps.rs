@@ -70,9 +70,9 @@ pub(crate) fn first_steps(
     let fresh = |model: &Model| model.has_free_presliding() && !base.fitted.model.has_free_presliding();
     if let Some(Start { model, theta, .. }) = starts.first().filter(|start| fresh(&start.model)) {
         let (model, theta) = (model.clone(), theta.clone());
-        let giving_way = model.giving_way(&theta, task.inverse.as_ref());
+        let reversing = balanced.and_then(|found| model.reversing(&theta, found.reversal));
         let others = model.stiffer(&theta).into_iter().filter(|other| *other != theta);
-        for other in others.chain(giving_way) {
+        for other in others.chain(reversing) {
             if let Some(start) = Start::of(linearised, model.clone(), other) {
                 start.insert(&mut starts);
             }

@@ -11,7 +11,7 @@ use feeler_plant::units::Dimension;
 use crate::fit::least_squares::Fitted;
 use crate::fit::model::{DIFFERENCE, Model};
 use crate::fit::unknown::{SIGMAS, Target, Unknown};
-use crate::inverse::Inverse;
+use crate::inverse::Reversal;
 use crate::predict::{Leeway, MOST_LATE_ROWS, Presliding};
 
 /// Step of finite differences for the timing of commands, rows.
@@ -20,7 +20,7 @@ const TIMING_DIFFERENCE: f64 = 1e-2;
 /// Shift of the trial presliding frequency of sticking guides, as a logarithm.
 const STIFFER: f64 = 1.4;
 
-/// Stiffness of presliding times Dahl's length, over the level; see the effect `presliding`.
+/// Stiffness of presliding over that of Dahl's bristles; see the effect `presliding`.
 const DAHL: f64 = 0.7;
 
 /// Prior standard deviations of presliding frequency and damping ratio, as logarithms.
@@ -132,24 +132,28 @@ impl Model {
         Some(self.on_bristles(start, bristle.stiffness, bristle.damping, mass_kg))
     }
 
-    /// The point at which guides give way before they slide as a balance of forces found; `None` if presliding
-    /// is not fitted, or if there is no balance.
-    pub(crate) fn giving_way(&self, theta: &[f64], inverse: Option<&Inverse>) -> Option<Vec<f64>> {
-        let turn = inverse?.turn_beside(self.tried.iter().map(|tried| tried.effect.definition.kind));
-        if !self.has_free_presliding() || turn.way_m <= 0.0 {
+    /// The point at which friction reverses as in a balance of forces; `None` if presliding is not fitted.
+    pub(crate) fn reversing(
+        &self,
+        theta: &[f64],
+        Reversal { length_m, lead_s, .. }: Reversal,
+    ) -> Option<Vec<f64>> {
+        if !self.has_free_presliding() {
             return None;
         }
         let assembly = self.assembly(theta, None)?;
         let (_, link) = assembly.dry_guides().find(|(_, link)| link.presliding.is_none())?;
-        let level = 0.5 * (link.friction.forward + link.friction.backward);
-        let stiffness = DAHL * level / turn.way_m;
-        let mass_kg = assembly.sliding_mass_kg(link);
-        Some(self.on_bristles(theta, stiffness, turn.ahead_s * stiffness / DAHL, mass_kg))
+        let friction = &link.friction;
+        let level = 0.5 * (friction.forward + friction.backward) + friction.stribeck_excess;
+        let stiffness = level / length_m;
+        let is_there = stiffness > 0.0 && stiffness.is_finite();
+        is_there
+            .then(|| self.on_bristles(theta, stiffness, lead_s * stiffness, assembly.sliding_mass_kg(link)))
     }
 
-    /// The point at which guides preslide with this stiffness and damping.
+    /// The point at which guides preslide like bristles of this stiffness and damping.
     fn on_bristles(&self, start: &[f64], stiffness: f64, damping: f64, mass_kg: f64) -> Vec<f64> {
-        let omega = (stiffness / mass_kg).sqrt();
+        let omega = (DAHL * stiffness / mass_kg).sqrt();
         let mut start = start.to_vec();
         for (unknown, start) in self.unknowns.iter().zip(&mut start) {
             let value = match unknown.target {
@@ -224,7 +228,8 @@ mod tests {
         calibrated.with(site, find(kind).unwrap(), values)
     }
 
-    /// 2 kg on bristles of 2 kg (2 pi 25 Hz)^2, with a damping ratio of 0.3.
+    /// 2 kg on bristles of 2 kg (2 pi 25 Hz)^2, with a damping ratio of 0.3. Presliding has 0.7 times their
+    /// stiffness.
     #[test]
     fn truth_a_dry_guide_takes_over_the_frequency_and_the_damping_of_bristles() {
         let omega = TAU * 25.0;
@@ -236,11 +241,26 @@ mod tests {
         assert_eq!(starts.len(), 4);
         let Presliding { frequency_hz, damping_ratio } = dry.leeway(&starts[3]).presliding;
         // Rounding of logarithms.
-        assert!((frequency_hz - 25.0).abs() < 1e-9 && (damping_ratio - 0.3).abs() < 1e-12);
+        let softer = 0.7_f64.sqrt();
+        assert!((frequency_hz - 25.0 * softer).abs() < 1e-9 && (damping_ratio - 0.3 / softer).abs() < 1e-12);
         // Without bristles, the other fit has fitted presliding.
         let theta = dry.start();
         let other = Fitted { sigma: vec![0.0; theta.len()], model: dry.clone(), theta, cost: 0.0 };
         assert_eq!(dry.stiffer_after(&dry.start(), &other), [dry.start()]);
+    }
+
+    /// Dahl's bristles of 5 kN/m and 50 N s/m under 5 N: presliding has 0.7 times their stiffness.
+    #[test]
+    fn truth_guides_give_way_as_a_balance_found() {
+        let dry = with("coulomb-friction", &[5.0]);
+        let reversal = Reversal { length_m: 1e-3, lead_s: 1e-2, sharpness: 0 };
+        let found = dry.leeway(&dry.reversing(&dry.start(), reversal).unwrap()).presliding;
+        let omega = (0.7 * 5e3 / 2.0_f64).sqrt();
+        // Rounding of logarithms.
+        assert!((found.frequency_hz - omega / TAU).abs() < 1e-9);
+        assert!((found.damping_ratio - 50.0 / (4.0 * omega)).abs() < 1e-12);
+        let smooth = with("viscous-friction", &[5.0]);
+        assert!(smooth.reversing(&smooth.start(), reversal).is_none());
     }
 
     #[test]

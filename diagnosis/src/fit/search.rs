@@ -149,10 +149,12 @@ pub(crate) fn finest(dataset: &Dataset, size: impl Fn(&Channel) -> f64) -> f64 {
 /// minima.
 fn calibrate(task: &Task<'_>, model: &Model) -> Fitted {
     let believed = model.start();
-    let balanced = task.inverse.as_ref().map(|inverse| model.scaled(&believed, &inverse.believed()));
-    let giving_way = balanced.as_ref().and_then(|start| model.giving_way(start, task.inverse.as_ref()));
+    let found = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&[]));
+    let balanced = found.as_ref().map(|found| model.scaled(&believed, &found.believed));
+    let reversing =
+        balanced.as_ref().zip(found).and_then(|(start, found)| model.reversing(start, found.reversal));
     let tried = std::iter::once(believed).chain(balanced).flat_map(|start| model.stiffer(&start));
-    let starts: Vec<Vec<f64>> = tried.chain(giving_way).collect();
+    let starts: Vec<Vec<f64>> = tried.chain(reversing).collect();
     // Untried causes are worse than a slightly inaccurate calibration.
     let is_late = || task.budget.is_over(Stage::Calibrate);
     let begun = starts.into_par_iter().enumerate().filter(|(i, _)| *i == 0 || !is_late());

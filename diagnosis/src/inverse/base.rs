@@ -4,7 +4,7 @@ use feeler_plant::assembly::{GROUND_NODE, assemble};
 use feeler_plant::description::{ActuatorKind, ElementKind, Quantity, Site};
 use feeler_plant::effects::{Kind, Place, Trait};
 
-use super::rows::{Named, Rows};
+use super::rows::{Moving, Named};
 use super::solve::Term;
 use crate::dataset::Dataset;
 use crate::fit::candidates::Candidate;
@@ -47,6 +47,12 @@ impl Side {
             Self::Gravity(..) => (Part::Gravity, coefficient),
             Self::Effect(site, kind, ..) => (Part::Effect(*site, *kind), coefficient),
         }
+    }
+}
+
+impl Side {
+    fn is_dry(&self) -> bool {
+        matches!(self, Self::Effect(_, kind, ..) if kind.definition().has(Trait::DryFriction))
     }
 }
 
@@ -125,6 +131,17 @@ impl Base {
         self.sides.iter().find_map(of).unwrap_or(0.0)
     }
 
+    /// Whether dry friction acts, beside these causes or as one of them.
+    pub(super) fn has_dry_friction(&self, causes: &[Candidate]) -> bool {
+        self.sides(causes).any(|(_, side)| side.is_dry())
+            || causes.iter().any(|cause| cause.definition.has(Trait::DryFriction))
+    }
+
+    /// The numbers of the terms of believed dry friction.
+    pub(super) fn dry_sides(&self) -> Vec<usize> {
+        self.sides(&[]).filter(|(_, side)| side.is_dry()).map(|(i, _)| i).collect()
+    }
+
     /// The terms that no cause replaces, with their numbers.
     pub(super) fn sides<'a>(&'a self, causes: &'a [Candidate]) -> impl Iterator<Item = (usize, &'a Side)> {
         let stays = |(_, side): &(usize, &Side)| match side {
@@ -136,7 +153,7 @@ impl Base {
         self.sides.iter().enumerate().filter(stays)
     }
 
-    pub(super) fn terms(&self, rows: &Rows, causes: &[Candidate]) -> Vec<Term> {
+    pub(super) fn terms(&self, rows: &Moving<'_>, causes: &[Candidate]) -> Vec<Term> {
         let of = |(i, side): (usize, &Side)| match side {
             Side::Mass(mass) => Term {
                 series: rows.acceleration.clone(),
@@ -147,7 +164,7 @@ impl Base {
                 Term { series: rows.speed.clone(), low: damping / LESS, high: damping * (1.0 + DAMPING) }
             }
             Side::Gravity(amplitude, phase) => Term {
-                series: rows.force(Named::Side(i), 0.0, |at| amplitude * (at.position + phase).sin()),
+                series: rows.force(Named::Side(i), false, 0.0, |at| amplitude * (at.position + phase).sin()),
                 low: 1.0 / (1.0 + FRACTION),
                 high: 1.0 + FRACTION,
             },
@@ -159,7 +176,7 @@ impl Base {
                 let force =
                     |at: At| forces.iter().zip(&coefficients).map(|(force, c)| c * (force.of)(at)).sum();
                 Term {
-                    series: rows.force(Named::Side(i), shape, force),
+                    series: rows.force(Named::Side(i), side.is_dry(), shape, force),
                     low: 1.0 / (1.0 + tolerance),
                     high: 1.0 + tolerance,
                 }

@@ -8,35 +8,43 @@
 mod base;
 mod family;
 mod noise;
+mod reversal;
 mod rows;
 mod smooth;
 mod solve;
-mod turn;
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
 
 use base::Base;
 pub(crate) use base::Part;
-use rows::{Measured, Named, Rows, corner_hz};
-use solve::{Term, solve, sum};
+use rows::{Measured, Moving, Named, Rows, corner_hz};
+use solve::{Term, mean, residual, solve, squares, sum};
 
 pub(crate) use family::Family;
+pub(crate) use reversal::Reversal;
+use reversal::{Reversals, least};
 pub(crate) use smooth::Smooth;
-use turn::Changes;
-pub(crate) use turn::Turn;
 
 use crate::dataset::{Channel, Dataset, Record};
 use crate::fit::candidates::Candidate;
 use crate::fit::wander::command_noise;
 use crate::kinds::{Extent, Form, Shown, dossier};
 use crate::predict::pace;
-use feeler_plant::description::{Engagement, Quantity};
-use feeler_plant::effects::Kind;
+use feeler_plant::description::{Engagement, Quantity, Site};
+use feeler_plant::effects::{Kind, Trait};
 
 /// Rows kept for each independent one: rows at twice the corner frequency are independent.
 const ROWS_PER_INDEPENDENT: f64 = 2.0;
 /// Additional evidence for each further unknown, nats.
 const PER_UNKNOWN: f64 = 1.5;
+/// Unknowns of the reversals of friction: its presliding length and its lead.
+const REVERSAL_UNKNOWNS: usize = 2;
 /// Iterations over the shapes of several causes, one shape after another.
 const ROUNDS: usize = 3;
+/// Ratio of golden sections, and their number between two shapes.
+const GOLDEN: f64 = 0.618_034;
+const SECTIONS: usize = 8;
 /// Smallest numbers of kept rows. The fitted experiments must determine every unknown, and the evidence of
 /// the check experiments grows with their rows.
 const FEWEST_FITTED: usize = 60;
@@ -45,10 +53,12 @@ const FEWEST_CHECKED: usize = 24;
 /// Experiments prepared for balances of forces.
 pub(crate) struct Inverse {
     base: Base,
-    /// The experiments as sets of causes see them that change a command at its reversals, or do not. How
-    /// guides give way is found for each of these [`Changes`], since a lag has nearly the same effect as
-    /// damping of bristles.
-    views: [View; Changes::ALL.len()],
+    fitted: Vec<Rows>,
+    checked: Vec<Rows>,
+    /// How friction turns by itself. The search of a set of causes begins there.
+    reversals: Arc<Reversals>,
+    /// Shapes and reversals of sets of causes that were found.
+    known: Mutex<HashMap<Vec<(Site, Kind)>, (Vec<f64>, Reversal)>>,
     /// Whether the instant at which commands act within their rows is fitted.
     is_shifted: bool,
     extent: Extent,
@@ -63,19 +73,6 @@ pub(crate) struct Inverse {
     alone: Vec<f64>,
 }
 
-/// Experiments, fitted and checked, with how guides give way before they slide.
-struct View {
-    fitted: Vec<Rows>,
-    checked: Vec<Rows>,
-    turn: Turn,
-}
-
-impl View {
-    fn all(&mut self) -> impl Iterator<Item = &mut Rows> {
-        self.fitted.iter_mut().chain(&mut self.checked)
-    }
-}
-
 /// The balance of a set of causes.
 #[derive(Clone, Debug)]
 pub(crate) struct Balanced {
@@ -85,28 +82,25 @@ pub(crate) struct Balanced {
     pub(crate) values: Vec<Vec<f64>>,
     /// Factors on mass, damping and effects of the believed machine, fitted with these causes.
     pub(crate) believed: Vec<(Part, f64)>,
+    /// How friction reverses beside these causes.
+    pub(crate) reversal: Reversal,
 }
 
 /// Largest share of its force that a drive loses with speed.
 const MOST_FADED: f64 = 0.95;
 
-/// The believed machine alone.
-const NOTHING: Shaped<'static> = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new(), unknowns: 0 };
-
 /// Causes with their shapes.
+#[derive(Clone)]
 struct Shaped<'a> {
     causes: &'a [Candidate],
     shown: Vec<Shown>,
     shapes: Vec<f64>,
     /// Number of unknowns that the balance fits.
     unknowns: usize,
+    reversals: Arc<Reversals>,
 }
 
 impl Shaped<'_> {
-    fn changes(&self) -> Changes {
-        Changes::of(self.shown.iter().map(|shown| shown.form))
-    }
-
     /// Gain from command to force.
     fn gain(&self) -> f64 {
         let gains = self.shown.iter().zip(&self.shapes);
@@ -144,46 +138,50 @@ impl Inverse {
         if !corner.is_finite() {
             return None;
         }
-        let view = |()| View { fitted: ready(false), checked: ready(true), turn: Turn::default() };
-        let mut views = [(); Changes::ALL.len()].map(view);
-        let View { fitted, checked, .. } = &views[0];
+        let (mut fitted, mut checked) = (ready(false), ready(true));
         let kept = |rows: &[Rows]| rows.iter().map(|rows| rows.thin(&rows.speed).len()).sum::<usize>();
-        if kept(fitted) < FEWEST_FITTED || kept(checked) < FEWEST_CHECKED {
+        if kept(&fitted) < FEWEST_FITTED || kept(&checked) < FEWEST_CHECKED {
             return None;
         }
-        let extent = Rows::extent(fitted);
-        let most_kept_values = rows::MOST_KEPT_VALUES / (views.len() * (fitted.len() + checked.len())).max(1);
+        let extent = Rows::extent(&fitted);
+        let most_kept_values = rows::MOST_KEPT_VALUES / (fitted.len() + checked.len()).max(1);
+        for rows in fitted.iter_mut().chain(&mut checked) {
+            (rows.middle, rows.most_kept_values) = (extent.middle(), most_kept_values);
+        }
         let ends = fitted.iter().filter_map(|rows| rows.times_s().last().copied());
         let from_s =
             fitted.iter().filter_map(|rows| rows.times_s().first().copied()).fold(f64::MAX, f64::min);
         let span_s = (ends.fold(from_s, f64::max) - from_s).max(f64::MIN_POSITIVE);
         let (weight, is_noisy) = (weight(dataset), is_noisy(dataset));
-        // Known once the presliding distance is.
+        // Known once reversals are.
         let alone = Vec::new();
         let changes = |rows: &Rows| rows.thin(&rows.command_rate).iter().any(|rate| rate.abs() > 0.0);
         let is_shifted = is_sampled && fitted.iter().any(changes);
-        for rows in views.iter_mut().flat_map(View::all) {
-            (rows.middle, rows.most_kept_values) = (extent.middle(), most_kept_values);
-        }
-        let mut inverse = Self { base, views, is_shifted, extent, from_s, span_s, weight, is_noisy, alone };
-        inverse.turn();
+        let (reversals, known) = (Arc::default(), Mutex::default());
+        let mut inverse = Self {
+            base,
+            fitted,
+            checked,
+            reversals,
+            known,
+            is_shifted,
+            extent,
+            from_s,
+            span_s,
+            weight,
+            is_noisy,
+            alone,
+        };
+        inverse.reversals = Arc::new(inverse.reversals(inverse.free_reversal()));
         inverse.weigh_rows();
-        inverse.alone = inverse.squares(&NOTHING, None)?;
+        inverse.alone = inverse.squares(&inverse.shaped(&[], true)?, None)?;
         (mean(&inverse.alone) > 0.0).then_some(inverse)
     }
 
-    fn view(&self, shaped: &Shaped<'_>) -> &View {
-        &self.views[shaped.changes().index()]
-    }
-
-    fn fitted(&self, shaped: &Shaped<'_>) -> &[Rows] {
-        &self.view(shaped).fitted
-    }
-
-    /// How guides give way beside causes of these kinds.
-    pub(crate) fn turn_beside(&self, kinds: impl Iterator<Item = Kind>) -> Turn {
-        let forms = kinds.filter_map(|kind| Some(dossier(kind).balance?.form));
-        self.views[Changes::of(forms).index()].turn
+    /// The believed machine alone.
+    fn nothing(&self) -> Shaped<'static> {
+        let reversals = self.reversals.clone();
+        Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new(), unknowns: 0, reversals }
     }
 
     /// The causes that a balance involves.
@@ -193,13 +191,7 @@ impl Inverse {
         causes.iter().filter(is_shown).copied().collect()
     }
 
-    /// Factors on mass, damping and effects of the believed machine at which the forces balance best.
-    pub(crate) fn believed(&self) -> Vec<(Part, f64)> {
-        let (terms, target) = self.balance(self.fitted(&NOTHING), &NOTHING, None);
-        solve(&terms, &target).map_or_else(Vec::new, |found| self.factors(&NOTHING, &found))
-    }
-
-    /// These factors with causes, from all coefficients.
+    /// Factors on mass, damping and effects of the believed machine, from all coefficients.
     fn factors(&self, shaped: &Shaped<'_>, coefficients: &[f64]) -> Vec<(Part, f64)> {
         let sides = self.base.sides(shaped.causes).zip(coefficients);
         sides.map(|((_, side), found)| side.over(found * shaped.gain())).collect()
@@ -208,26 +200,43 @@ impl Inverse {
     /// Root mean square of the missing force over the drive force on the check experiments: with the believed
     /// machine alone, and with the causes.
     pub(crate) fn missing(&self, causes: &[Candidate]) -> Option<[f64; 2]> {
-        let left = self.squares(&self.shaped(causes)?, None)?;
+        let left = self.squares(&self.shaped(causes, true)?, None)?;
         Some([&self.alone, &left].map(|left| self.force(left) / self.drive_force()))
     }
 
     /// Balances a set of causes; `None` if the balance does not involve one of them.
     pub(crate) fn weigh(&self, causes: &[Candidate]) -> Option<Balanced> {
-        let shaped = self.shaped(causes)?;
-        let left = self.squares(&shaped, None)?;
-        let (terms, target) = self.balance(self.fitted(&shaped), &shaped, None);
+        self.weighed(causes, &self.shaped(causes, true)?)
+    }
+
+    /// As [`Self::weigh`], with the reversals of the one of the causes that suits best.
+    pub(crate) fn weigh_roughly(&self, causes: &[Candidate]) -> Option<Balanced> {
+        self.weighed(causes, &self.shaped(causes, false)?)
+    }
+
+    fn weighed(&self, causes: &[Candidate], shaped: &Shaped<'_>) -> Option<Balanced> {
+        let left = self.squares(shaped, None)?;
+        let (terms, target) = self.balance(&self.moving_fitted(&shaped.reversals), shaped, None);
         let coefficients = solve(&terms, &target)?;
-        let unknowns: usize = causes.iter().map(|cause| cause.definition.parameters.len()).sum();
+        let parameters: usize = causes.iter().map(|cause| cause.definition.parameters.len()).sum();
+        let unknowns = parameters + self.of_reversals(causes);
         Some(Balanced {
             nats: nats(&self.alone, &left) - PER_UNKNOWN * unknowns as f64,
-            values: self.values(&shaped, &coefficients),
-            believed: self.factors(&shaped, &coefficients),
+            values: self.values(shaped, &coefficients),
+            believed: self.factors(shaped, &coefficients),
+            reversal: shaped.reversals.reversal,
         })
     }
 
-    /// The shapes of the causes with the smallest residual on the fitted experiments.
-    fn shaped<'b>(&self, causes: &'b [Candidate]) -> Option<Shaped<'b>> {
+    /// Number of unknowns of reversals that causes add: those of the first dry friction.
+    fn of_reversals(&self, causes: &[Candidate]) -> usize {
+        let adds = self.base.has_dry_friction(causes) && !self.base.has_dry_friction(&[]);
+        if adds { REVERSAL_UNKNOWNS } else { 0 }
+    }
+
+    /// The causes with the shapes, and with the reversals of friction, that leave the smallest residual on
+    /// the fitted experiments. A rough search takes the reversals of the causes alone.
+    fn shaped<'b>(&self, causes: &'b [Candidate], is_fine: bool) -> Option<Shaped<'b>> {
         let shown: Vec<Shown> = causes
             .iter()
             .map(|cause| dossier(cause.definition.kind).balance.filter(|_| Base::shows(cause)))
@@ -240,15 +249,65 @@ impl Inverse {
             _ => 0,
         };
         let unknowns = shown.iter().map(of_form).sum::<usize>()
-            + grids.iter().filter(|grid: &&Vec<f64>| grid.len() > 1).count();
-        let mut shaped = Shaped { causes, shown, shapes, unknowns };
+            + grids.iter().filter(|grid: &&Vec<f64>| grid.len() > 1).count()
+            + self.of_reversals(causes);
+        let mut shaped = Shaped { causes, shown, shapes, unknowns, reversals: self.reversals.clone() };
+        if !self.base.has_dry_friction(causes) {
+            self.shape(&mut shaped, &grids);
+            if is_fine {
+                self.sharpen(&mut shaped, &grids);
+            }
+            return Some(shaped);
+        }
+        if let Some((shapes, reversal)) = self.known(causes) {
+            let reversals = Arc::new(self.reversals(reversal));
+            return Some(Shaped { shapes, reversals, ..shaped });
+        }
+        let left = |shaped: &Shaped<'_>, reversal: Reversal| {
+            let reversals = Arc::new(self.trial(reversal));
+            self.left(&Shaped { reversals, ..shaped.clone() }, None)
+        };
+        if is_fine {
+            self.shape(&mut shaped, &grids);
+            let limits = self.limits();
+            let trials = limits.all(self.extent.stroke()).filter(|_| self.of_reversals(causes) > 0);
+            let trials = trials.chain([shaped.reversals.reversal]);
+            let (_, begun) = least(trials, |one| left(&shaped, one));
+            let reversal = limits.refined(begun, |one| left(&shaped, one));
+            shaped.reversals = Arc::new(self.reversals(reversal));
+            self.shape(&mut shaped, &grids);
+            self.sharpen(&mut shaped, &grids);
+            self.keep(&shaped);
+        } else {
+            let alone = causes.iter().filter_map(|cause| Some(self.known(&[*cause])?.1));
+            let trials = alone.chain([shaped.reversals.reversal]);
+            let (_, reversal) = least(trials, |one| left(&shaped, one));
+            shaped.reversals = Arc::new(self.reversals(reversal));
+            self.shape(&mut shaped, &grids);
+        }
+        Some(shaped)
+    }
+
+    /// Shapes and reversal of causes, if they are known.
+    fn known(&self, causes: &[Candidate]) -> Option<(Vec<f64>, Reversal)> {
+        self.known.lock().ok()?.get(&named(causes)).cloned()
+    }
+
+    fn keep(&self, shaped: &Shaped<'_>) {
+        if let Ok(mut known) = self.known.lock() {
+            known.insert(named(shaped.causes), (shaped.shapes.clone(), shaped.reversals.reversal));
+        }
+    }
+
+    /// Chooses the shapes with the smallest residual on the fitted experiments.
+    fn shape(&self, shaped: &mut Shaped<'_>, grids: &[Vec<f64>]) {
         let mut best = f64::INFINITY;
-        for _ in 0..if causes.len() > 1 { ROUNDS } else { 1 } {
+        for _ in 0..if shaped.causes.len() > 1 { ROUNDS } else { 1 } {
             for (i, grid) in grids.iter().enumerate().filter(|(_, grid)| grid.len() > 1) {
                 let mut found = shaped.shapes[i];
                 for &shape in grid {
                     shaped.shapes[i] = shape;
-                    let left = self.left(&shaped, None);
+                    let left = self.left(shaped, None);
                     if left < best {
                         (best, found) = (left, shape);
                     }
@@ -256,33 +315,58 @@ impl Inverse {
                 shaped.shapes[i] = found;
             }
         }
-        Some(shaped)
+    }
+
+    /// Moves each shape to the least residual between its neighbours in the grid, by golden sections.
+    fn sharpen(&self, shaped: &mut Shaped<'_>, grids: &[Vec<f64>]) {
+        for (i, grid) in grids.iter().enumerate().filter(|(_, grid)| grid.len() > 1) {
+            let own = shaped.shapes[i];
+            let Some(at) = grid.iter().position(|shape| shape.to_bits() == own.to_bits()) else { continue };
+            let left = |shape: f64| {
+                let mut trial = shaped.clone();
+                trial.shapes[i] = shape;
+                (self.left(&trial, None), shape)
+            };
+            let [mut low, mut high] = [at.saturating_sub(1), (at + 1).min(grid.len() - 1)].map(|at| grid[at]);
+            let inner = |low: f64, high: f64| [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+            let [mut a, mut b] = inner(low, high).map(left);
+            for _ in 0..SECTIONS {
+                if a.0 < b.0 {
+                    (high, b) = (b.1, a);
+                    a = left(inner(low, high)[0]);
+                } else {
+                    (low, a) = (a.1, b);
+                    b = left(inner(low, high)[1]);
+                }
+            }
+            let tried = [a, b, left(own)].into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+            shaped.shapes[i] = tried.map_or(own, |(_, shape)| shape);
+        }
     }
 
     /// Mean weighed square residual on the fitted experiments; infinite if they do not determine it.
     fn left(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> f64 {
-        let (terms, target) = self.balance(self.fitted(shaped), shaped, smooth);
-        solve(&terms, &target).map_or(f64::INFINITY, |x| mean(&squares(&terms, &x, &target)))
+        let (terms, target) = self.balance(&self.moving_fitted(&shaped.reversals), shaped, smooth);
+        solve(&terms, &target).map_or(f64::INFINITY, |x| residual(&terms, &x, &target))
     }
 
     /// Root mean square of a force on the check experiments, from its weighed squares.
     fn force(&self, squares: &[f64]) -> f64 {
-        let weights = self.views[0].checked.iter().flat_map(|rows| &rows.weights);
+        let weights = self.checked.iter().flat_map(|rows| &rows.weights);
         mean(&squares.iter().zip(weights).map(|(x, weight)| x / (weight * weight)).collect::<Vec<_>>()).sqrt()
     }
 
     /// Root mean square of the drive force on the check experiments.
     fn drive_force(&self) -> f64 {
-        let all: Vec<f64> = self.views[0].checked.iter().flat_map(|rows| rows.thin(&rows.smooth)).collect();
+        let all: Vec<f64> = self.checked.iter().flat_map(|rows| rows.thin(&rows.smooth)).collect();
         rows::rms(&all).max(f64::MIN_POSITIVE)
     }
 
     /// Weighed square residuals on the check experiments of causes fitted on the others. A smooth force is
     /// included if given.
     fn squares(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> Option<Vec<f64>> {
-        let view = self.view(shaped);
-        let [mut fitted, mut checked] =
-            [&view.fitted, &view.checked].map(|rows| self.balance(rows, shaped, smooth));
+        let rows = [self.moving_fitted(&shaped.reversals), self.moving_checked(&shaped.reversals)];
+        let [mut fitted, mut checked] = [0, 1].map(|i: usize| self.balance(&rows[i], shaped, smooth));
         if smooth == Some(Family::Command) {
             let mut made = solve(&fitted.0, &fitted.1)?;
             if self.is_shifted {
@@ -291,7 +375,7 @@ impl Inverse {
                 let shift = made.len() - 1 - bands;
                 made[shift] = 0.0;
             }
-            for ((terms, target), rows) in [(&mut fitted, &view.fitted), (&mut checked, &view.checked)] {
+            for ((terms, target), rows) in [&mut fitted, &mut checked].into_iter().zip(&rows) {
                 let weights: Vec<f64> = rows.iter().flat_map(|rows| rows.weights.iter().copied()).collect();
                 let command = sum(terms, &made, target.len());
                 terms.extend(self.drive_terms(&command, &weights));
@@ -303,7 +387,12 @@ impl Inverse {
     }
 
     /// All weighed terms of some experiments, and their target sum.
-    fn balance(&self, rows: &[Rows], shaped: &Shaped<'_>, smooth: Option<Family>) -> (Vec<Term>, Vec<f64>) {
+    fn balance(
+        &self,
+        rows: &[Moving<'_>],
+        shaped: &Shaped<'_>,
+        smooth: Option<Family>,
+    ) -> (Vec<Term>, Vec<f64>) {
         let mut joined: Option<(Vec<Term>, Vec<f64>)> = None;
         for rows in rows {
             let (terms, target) = self.balance_of(rows, shaped, smooth);
@@ -318,15 +407,26 @@ impl Inverse {
         joined.unwrap_or_default()
     }
 
-    fn balance_of(&self, rows: &Rows, shaped: &Shaped<'_>, smooth: Option<Family>) -> (Vec<Term>, Vec<f64>) {
+    fn balance_of(
+        &self,
+        rows: &Moving<'_>,
+        shaped: &Shaped<'_>,
+        smooth: Option<Family>,
+    ) -> (Vec<Term>, Vec<f64>) {
         let mut terms = self.base.terms(rows, shaped.causes);
         let (mut gain, mut limit) = (1.0, f64::INFINITY);
         let mut of_command = Vec::new();
-        for (shown, &shape) in shaped.shown.iter().zip(&shaped.shapes) {
+        for ((shown, &shape), cause) in shaped.shown.iter().zip(&shaped.shapes).zip(shaped.causes) {
+            let is_dry = cause.definition.has(Trait::DryFriction);
             let low = |is_signed: bool| if is_signed { f64::NEG_INFINITY } else { 0.0 };
             match shown.form {
                 Form::Forces(forces) => terms.extend(forces.iter().map(|force| Term {
-                    series: rows.force(Named::Cause(force.of as usize, shape.to_bits()), shape, force.of),
+                    series: rows.force(
+                        Named::Cause(force.of as usize, shape.to_bits()),
+                        is_dry,
+                        shape,
+                        force.of,
+                    ),
                     low: low(force.is_signed),
                     high: f64::INFINITY,
                 })),
@@ -407,6 +507,10 @@ impl Inverse {
     }
 }
 
+fn named(causes: &[Candidate]) -> Vec<(Site, Kind)> {
+    causes.iter().map(|cause| (cause.site, cause.definition.kind)).collect()
+}
+
 /// Weight of a balance: a half if only positions correct predictions, because these then show little of slow
 /// forces. Otherwise zero.
 fn weight(dataset: &Dataset) -> f64 {
@@ -433,15 +537,6 @@ fn direction(command: f64, largest: f64) -> f64 {
 fn nats(old: &[f64], new: &[f64]) -> f64 {
     let independent = new.len() as f64 / ROWS_PER_INDEPENDENT;
     0.5 * independent * (mean(old).max(f64::MIN_POSITIVE) / mean(new).max(f64::MIN_POSITIVE)).ln()
-}
-
-fn squares(terms: &[Term], coefficients: &[f64], target: &[f64]) -> Vec<f64> {
-    let made = sum(terms, coefficients, target.len());
-    made.iter().zip(target).map(|(a, b)| (a - b).powi(2)).collect()
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! The noise of a balance of forces. Friction is inexact near a reversal in proportion to its level, so rows
 //! near reversals count less where friction is large.
 
+use super::Inverse;
 use super::family::Family;
-use super::rows::Rows;
+use super::rows::Moving;
 use super::smooth::free;
 use super::solve::solve;
-use super::{Inverse, NOTHING, View, squares};
+use super::solve::squares;
 
 /// Share that friction lacks of its level, between classes of rows from clear motion to reversals.
 const CLASSES: [f64; 4] = [0.02, 0.1, 0.3, 0.6];
@@ -16,19 +17,19 @@ impl Inverse {
     /// Weighs each kept row by the inverse of its deviation. The deviation of a class of rows is that of the
     /// fitted experiments from a model that is flexible in mass, damping, friction and smooth forces.
     pub(super) fn weigh_rows(&mut self) {
-        let classes = |rows: &Rows| -> Vec<usize> {
-            let lacks = rows.thin(&rows.of_motion(0.0, |at| 1.0 - at.direction.abs()));
+        let classes = |rows: &Moving<'_>| -> Vec<usize> {
+            let lacks = rows.thin(&rows.of_motion(0.0, |at| (1.0 - at.direction.abs()).abs()));
             lacks.iter().map(|lack| CLASSES.iter().filter(|bound| *lack > **bound).count()).collect()
         };
-        let (mut terms, target) = self.balance(self.fitted(&NOTHING), &NOTHING, Some(Family::Motion));
+        let (fitted, checked) = (self.moving_fitted(&self.reversals), self.moving_checked(&self.reversals));
+        let (mut terms, target) = self.balance(&fitted, &self.nothing(), Some(Family::Motion));
         for order in 0..2 {
-            let of = |rows: &Rows| rows.thin([&rows.acceleration, &rows.speed][order]);
-            terms.push(free(self.fitted(&NOTHING).iter().flat_map(of).collect()));
+            let of = |rows: &Moving<'_>| rows.thin([&rows.acceleration, &rows.speed][order]);
+            terms.push(free(fitted.iter().flat_map(of).collect()));
         }
         let Some(found) = solve(&terms, &target) else { return };
         let squares = squares(&terms, &found, &target);
-        let View { fitted, checked, .. } = self.view(&NOTHING);
-        let all: Vec<Vec<usize>> = fitted.iter().chain(checked).map(classes).collect();
+        let all: Vec<Vec<usize>> = fitted.iter().chain(&checked).map(classes).collect();
         let class: Vec<usize> = all[..fitted.len()].concat();
         let mut least = 0.0_f64;
         let variances: Vec<f64> = (0..=CLASSES.len())
@@ -43,8 +44,7 @@ impl Inverse {
             .collect();
         let clear = variances.iter().copied().find(|variance| *variance > 0.0).unwrap_or(1.0);
         let weights = |class: &usize| (clear / variances[*class].max(clear)).sqrt();
-        // Squares of both views are compared.
-        for (rows, classes) in self.views.iter_mut().flat_map(|view| view.all().zip(&all)) {
+        for (rows, classes) in self.fitted.iter_mut().chain(&mut self.checked).zip(&all) {
             rows.weights = classes.iter().map(weights).collect();
         }
     }

@@ -2,9 +2,10 @@
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::ops::Deref;
 use std::sync::Mutex;
 
-use super::turn::Turn;
+use super::reversal::Reversal;
 use crate::filter;
 use crate::kinds::{At, Extent};
 use crate::predict::MOST_LATE_ROWS;
@@ -13,13 +14,14 @@ use crate::predict::MOST_LATE_ROWS;
 const ABOVE_MOTION: f64 = 6.0;
 /// Largest corner, in cycles per row.
 const MOST_CORNER: f64 = 0.15;
+/// Largest corner of that speed, in cycles per row.
 const MOST_TURNING: f64 = 0.45;
 /// Ratio of the low-pass corner for motion in nonlinear terms to the main corner. Strong smoothing before a
 /// nonlinear term would change its instants and its size.
 const LIGHT: f64 = 2.0;
-/// Ratios of the low-pass corner of the speed that decides reversals to that corner. Strong smoothing moves a
-/// reversal, since the acceleration changes at it.
-pub(super) const SHARPER: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// Ratios of the low-pass corner of the speed that decides reversals to that of motion in nonlinear terms.
+/// Strong smoothing moves a reversal, since the acceleration changes at it.
+const SHARPNESS: [f64; 3] = [1.0, 2.0, 4.0];
 /// Rows per period of the corner at which terms are computed, and the number that is kept. At this density
 /// the instant of a reversal between two rows has no effect.
 const ROWS_PER_CORNER: f64 = 48.0;
@@ -67,22 +69,45 @@ pub(super) struct Rows {
     /// Low-passed speed and acceleration.
     pub(super) speed: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
-    /// Position and speed for nonlinear terms, with a higher corner.
+    /// Position and speeds for nonlinear terms, with a higher corner. Later speeds are sharper, for
+    /// reversals.
     position: Vec<f64>,
-    light_speed: Vec<f64>,
-    /// Speed for the direction of friction, with corners above that of `light_speed`.
-    turning_speeds: [Vec<f64>; SHARPER.len()],
-    /// See [`At::direction`].
-    direction: Vec<f64>,
+    light_speeds: Vec<Vec<f64>>,
     /// Weights of the kept rows.
     pub(super) weights: Vec<f64>,
     /// See [`At::middle`].
     pub(super) middle: f64,
     /// Time of the first row, s.
     start_s: f64,
-    /// Forces of the motion that have been computed, and the most values that are kept of them.
+    /// Forces of the motion without reversals that have been computed, and the most values that are kept of
+    /// them.
     pub(super) most_kept_values: usize,
-    kept_forces: Mutex<HashMap<Named, Vec<f64>>>,
+    kept_forces: Kept,
+}
+
+type Kept = Mutex<HashMap<Named, Vec<f64>>>;
+
+/// How friction turns during an experiment.
+pub(super) struct Turning {
+    /// See [`At::direction`].
+    direction: Vec<f64>,
+    /// Forces with these reversals that have been computed.
+    kept_forces: Kept,
+}
+
+/// An experiment in which friction turns in one way.
+#[derive(Clone, Copy)]
+pub(super) struct Moving<'a> {
+    rows: &'a Rows,
+    turning: &'a Turning,
+}
+
+impl Deref for Moving<'_> {
+    type Target = Rows;
+
+    fn deref(&self) -> &Rows {
+        self.rows
+    }
 }
 
 /// Corner frequency of the low-pass for a motion of frequency `motion`, rad/s.
@@ -96,12 +121,18 @@ impl Rows {
         let position = smoothed(measured.position, corner_hz, measured_spacing_s);
         let light = smoothed(measured.position, LIGHT * corner_hz, measured_spacing_s);
         let speed = slope(&position, measured_spacing_s);
-        let light_speed = slope(&light, measured_spacing_s);
         let acceleration = slope(&speed, measured_spacing_s);
         let apart = ((1.0 / (corner_hz * measured_spacing_s * ROWS_PER_CORNER)) as usize).max(1);
         let spacing_s = apart as f64 * measured_spacing_s;
         let few = |series: &[f64]| series.iter().step_by(apart).copied().collect::<Vec<f64>>();
-        let (position, light_speed) = (few(&light), few(&light_speed));
+        let position = few(&light);
+        let most = MOST_TURNING / measured_spacing_s;
+        let corners = SHARPNESS.map(|sharpness| sharpness * LIGHT * corner_hz);
+        let is_new = |corner: &&f64| **corner <= most || **corner == corners[0];
+        let of_corner = |corner: &f64| {
+            few(&slope(&smoothed(measured.position, *corner, measured_spacing_s), measured_spacing_s))
+        };
+        let light_speeds = corners.iter().filter(is_new).map(of_corner).collect();
         let kept = ((1.0 / (corner_hz * spacing_s * KEPT_PER_CORNER)).round() as usize).max(1);
         let end = ((ENDS / (corner_hz * spacing_s)) as usize).min(position.len() / 4);
         let commands =
@@ -118,19 +149,14 @@ impl Rows {
             command_rate: slope(&smooth, spacing_s),
             smooth,
             position,
-            direction: light_speed.iter().map(|v| v.signum()).collect(),
-            light_speed,
-            turning_speeds: SHARPER.map(|sharper| {
-                let corner = (sharper * LIGHT * corner_hz).min(MOST_TURNING / measured_spacing_s);
-                few(&slope(&smoothed(measured.position, corner, measured_spacing_s), measured_spacing_s))
-            }),
+            light_speeds,
             speed: few(&speed),
             acceleration: few(&acceleration),
             weights: Vec::new(),
             middle: 0.0,
             start_s: measured.start_s,
             most_kept_values: 0,
-            kept_forces: Mutex::default(),
+            kept_forces: Kept::default(),
         };
         rows.weights = vec![1.0; rows.thin(&rows.speed).len()];
         rows
@@ -158,14 +184,18 @@ impl Rows {
         self.smooth.iter().zip(changes.iter().step_by(self.apart)).map(|(u, change)| u + change).collect()
     }
 
-    /// Sets the direction to that of friction in a guide that gives way. The friction approaches its level
-    /// exponentially with the distance moved (Dahl, Solid Friction Damping of Mechanical Vibrations, AIAA
-    /// Journal 14, 1976). Damping of the bristles leads it. Without that a drive would appear to lag.
-    pub(super) fn turn_over(&mut self, Turn { way_m, ahead_s, sharper }: Turn) {
-        self.kept_forces = Mutex::default();
-        let speed = &self.turning_speeds[sharper];
-        let mut direction = speed.first().map_or(0.0, |v| v.signum());
-        for k in 0..speed.len() {
+    /// Index of the greatest sharpness of reversals.
+    pub(super) fn sharpest(&self) -> usize {
+        self.light_speeds.len() - 1
+    }
+
+    /// How friction turns if the guide gives way. It approaches its level exponentially with the distance
+    /// moved (Dahl, Solid Friction Damping of Mechanical Vibrations, AIAA Journal 14, 1976). Damping of the
+    /// bristles adds its rate: without that a drive would appear to lag.
+    pub(super) fn turning(&self, Reversal { length_m, lead_s, sharpness }: Reversal) -> Turning {
+        let speed = &self.light_speeds[sharpness];
+        let mut now = speed.first().map_or(0.0, |v| v.signum());
+        let of_row = |k: usize| {
             let [from, to] = [speed[k.saturating_sub(1)], speed[k]];
             // If the motion reverses between two rows, both directions count. A reversal that took effect
             // only at the next row would look like a delay.
@@ -173,39 +203,21 @@ impl Rows {
             let shares = if from * to < 0.0 { [turn, 1.0 - turn] } else { [1.0; 2] };
             for (speed, share) in [from, to].into_iter().zip(shares) {
                 let moved = 0.5 * speed * share * self.spacing_s;
-                let left = (-moved.abs() / way_m.max(f64::MIN_POSITIVE)).exp();
-                direction = moved.signum() + (direction - moved.signum()) * left;
+                let left = (-moved.abs() / length_m.max(f64::MIN_POSITIVE)).exp();
+                now = moved.signum() + (now - moved.signum()) * left;
             }
-            let to_go = to.signum() - direction;
-            self.direction[k] = direction + ahead_s * to.abs() / way_m.max(f64::MIN_POSITIVE) * to_go;
-        }
-    }
-
-    /// A force of the motion, as [`Self::of_motion`]. It is kept if there is room.
-    pub(super) fn force(&self, named: Named, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
-        let kept = || self.kept_forces.lock().ok();
-        if let Some(known) = kept().and_then(|kept| kept.get(&named).cloned()) {
-            return known;
-        }
-        let force = self.of_motion(shape, f);
-        if let Some(mut kept) = kept().filter(|kept| (kept.len() + 1) * force.len() <= self.most_kept_values)
-        {
-            kept.insert(named, force.clone());
-        }
-        force
-    }
-
-    /// A function of the motion at every row, low-passed.
-    pub(super) fn of_motion(&self, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
-        let at = |k: usize| At {
-            position: self.position[k],
-            middle: self.middle,
-            speed: self.light_speed[k],
-            direction: self.direction[k],
-            shape,
+            now
         };
-        let values: Vec<f64> = (0..self.position.len()).map(|k| f(at(k))).collect();
-        smoothed(&values, self.corner_hz, self.spacing_s)
+        let mut direction: Vec<f64> = (0..speed.len()).map(of_row).collect();
+        if lead_s > 0.0 {
+            let rate = slope(&direction, self.spacing_s);
+            direction.iter_mut().zip(rate).for_each(|(direction, rate)| *direction += lead_s * rate);
+        }
+        Turning { direction, kept_forces: Kept::default() }
+    }
+
+    pub(super) fn moving<'a>(&'a self, turning: &'a Turning) -> Moving<'a> {
+        Moving { rows: self, turning }
     }
 
     /// A series shifted earlier by `by_s`, interpolated between rows; its ends are held.
@@ -248,6 +260,37 @@ impl Rows {
             command: commands.iter().fold(0.0, |most, u| most.max(u.abs())),
             resolved_s: 1.0 / (TAU * rows.iter().map(|rows| rows.corner_hz).fold(0.0, f64::max)),
         }
+    }
+}
+
+impl Moving<'_> {
+    /// A force of the motion, as [`Self::of_motion`]. It is kept if there is room. `is_dry` says whether it
+    /// depends on the direction of friction.
+    pub(super) fn force(&self, named: Named, is_dry: bool, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
+        let kept = if is_dry { &self.turning.kept_forces } else { &self.rows.kept_forces };
+        let kept = || kept.lock().ok();
+        if let Some(known) = kept().and_then(|kept| kept.get(&named).cloned()) {
+            return known;
+        }
+        let force = self.of_motion(shape, f);
+        if let Some(mut kept) = kept().filter(|kept| (kept.len() + 1) * force.len() <= self.most_kept_values)
+        {
+            kept.insert(named, force.clone());
+        }
+        force
+    }
+
+    /// A function of the motion at every row, low-passed.
+    pub(super) fn of_motion(&self, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
+        let at = |k: usize| At {
+            position: self.position[k],
+            middle: self.middle,
+            speed: self.light_speeds[0][k],
+            direction: self.turning.direction[k],
+            shape,
+        };
+        let values: Vec<f64> = (0..self.position.len()).map(|k| f(at(k))).collect();
+        smoothed(&values, self.corner_hz, self.spacing_s)
     }
 }
 

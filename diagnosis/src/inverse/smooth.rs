@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use feeler_plant::effects::Place;
 
 use super::family::{FADES, Family, NODES};
-use super::rows::Rows;
+use super::rows::Moving;
 use super::solve::Term;
 use super::{Inverse, PER_UNKNOWN, Shaped, mean, nats};
 use crate::fit::candidates::Candidate;
@@ -54,7 +54,7 @@ impl Inverse {
     /// Smooth forces of every family, in addition to some causes. Empty if the balance does not involve the
     /// causes.
     pub(crate) fn beyond(&self, causes: &[Candidate]) -> Vec<Smooth> {
-        self.shaped(causes).map_or_else(Vec::new, |shaped| self.beside(&shaped, |_| true))
+        self.shaped(causes, true).map_or_else(Vec::new, |shaped| self.beside(&shaped, |_| true))
     }
 
     /// Smooth forces that replace causes, one of them at least at another place. Empty if the balance does
@@ -65,7 +65,7 @@ impl Inverse {
         for place in [Place::Drive, Place::Guide] {
             let stands = |family: Family| family.is_distinct() && family.place() == place;
             for kept in fewer(causes, place) {
-                let Some(shaped) = self.shaped(&kept) else { continue };
+                let Some(shaped) = self.shaped(&kept, true) else { continue };
                 let Some(evidence) = self.evidence_of(&shaped) else { continue };
                 found.extend(self.beside(&shaped, stands).into_iter().map(|smooth| Instead {
                     smooth,
@@ -80,7 +80,7 @@ impl Inverse {
     /// Gain of causes over calibration alone on the check experiments, less what the unknowns of the balance
     /// cost, nats.
     pub(crate) fn evidence(&self, causes: &[Candidate]) -> Option<f64> {
-        self.evidence_of(&self.shaped(causes)?)
+        self.evidence_of(&self.shaped(causes, true)?)
     }
 
     fn evidence_of(&self, shaped: &Shaped<'_>) -> Option<f64> {
@@ -106,7 +106,7 @@ impl Inverse {
     fn families(&self) -> [Vec<Family>; 6] {
         let stroke = self.extent.stroke();
         let waves = (0..WAVES).map(|k| LEAST_WAVES + WAVES_STEP * k as f64);
-        let fastest = self.views[0].fitted.iter().flat_map(|rows| rows.thin(&rows.speed));
+        let fastest = self.fitted.iter().flat_map(|rows| rows.thin(&rows.speed));
         let fastest = fastest.fold(f64::MIN_POSITIVE, |most, v| most.max(v.abs()));
         let fading = (1..=FADINGS).map(|k| FADING_STEP * k as f64 / fastest);
         [
@@ -143,7 +143,7 @@ impl Inverse {
     }
 
     /// Terms of friction that repeats over the stroke, with its mean.
-    fn wave_terms(&self, rows: &Rows, pitch_m: f64) -> Vec<Term> {
+    fn wave_terms(&self, rows: &Moving<'_>, pitch_m: f64) -> Vec<Term> {
         let shapes: [fn(f64) -> f64; 3] = [|_| 1.0, f64::sin, f64::cos];
         let largest = self.extent.command.max(f64::MIN_POSITIVE);
         let term = |f: fn(f64) -> f64| {
@@ -153,7 +153,7 @@ impl Inverse {
     }
 
     /// The terms of a smooth force at the guide; none for a force in the drive.
-    pub(super) fn guide_terms(&self, rows: &Rows, family: Family) -> Vec<Term> {
+    pub(super) fn guide_terms(&self, rows: &Moving<'_>, family: Family) -> Vec<Term> {
         match family {
             Family::Waves { pitch_m } => self.wave_terms(rows, pitch_m),
             Family::Motion => self.motion_terms(rows),
@@ -163,7 +163,7 @@ impl Inverse {
         }
     }
 
-    fn motion_terms(&self, rows: &Rows) -> Vec<Term> {
+    fn motion_terms(&self, rows: &Moving<'_>) -> Vec<Term> {
         let half = 0.5 * self.extent.stroke().max(f64::MIN_POSITIVE);
         let usual = self.extent.speed.max(f64::MIN_POSITIVE);
         let largest = self.extent.command.max(f64::MIN_POSITIVE);
@@ -189,7 +189,7 @@ impl Inverse {
         motion.into_iter().map(term).chain([self.drifting(rows, |t| t)]).collect()
     }
 
-    fn place_terms(&self, rows: &Rows) -> Vec<Term> {
+    fn place_terms(&self, rows: &Moving<'_>) -> Vec<Term> {
         let spacing = self.extent.stroke().max(f64::MIN_POSITIVE) / (NODES - 1) as f64;
         let first = self.extent.ends[0];
         let largest = self.extent.command.max(f64::MIN_POSITIVE);
@@ -199,7 +199,7 @@ impl Inverse {
         // A term without rows would leave the others undetermined, too.
         let is_reached = |node: &usize| {
             let centre = first + *node as f64 * spacing;
-            self.views[0].fitted.iter().any(|rows| rows.come_near(centre, spacing))
+            self.fitted.iter().any(|rows| rows.come_near(centre, spacing))
         };
         let nodes: Vec<usize> = (0..NODES).filter(is_reached).collect();
         let smooth = |&node: &usize| free(rows.of_motion(0.0, |at| share(at.position, node)));
@@ -207,13 +207,13 @@ impl Inverse {
         nodes.iter().map(smooth).chain(nodes.iter().map(dry)).collect()
     }
 
-    fn time_terms(&self, rows: &Rows) -> Vec<Term> {
+    fn time_terms(&self, rows: &Moving<'_>) -> Vec<Term> {
         let fades = FADES.into_iter().map(|fade| self.drifting(rows, |t| (-t / fade).exp()));
         [self.drifting(rows, |_| 1.0), self.drifting(rows, |t| t)].into_iter().chain(fades).collect()
     }
 
     /// Friction with a level that is a function of time over the recorded time.
-    fn drifting(&self, rows: &Rows, level: impl Fn(f64) -> f64) -> Term {
+    fn drifting(&self, rows: &Moving<'_>, level: impl Fn(f64) -> f64) -> Term {
         let largest = self.extent.command.max(f64::MIN_POSITIVE);
         let turning = rows.of_motion(0.0, |at| at.direction);
         let times = rows.times_s();

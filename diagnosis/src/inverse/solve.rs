@@ -39,6 +39,20 @@ pub(super) fn solve(terms: &[Term], target: &[f64]) -> Option<Vec<f64>> {
     Some(start.iter().zip(found.iter()).zip(&sizes).map(|((start, x), size)| start + x / size).collect())
 }
 
+/// Mean square of what terms with these coefficients leave of the target.
+pub(super) fn residual(terms: &[Term], coefficients: &[f64], target: &[f64]) -> f64 {
+    mean(&squares(terms, coefficients, target))
+}
+
+pub(super) fn squares(terms: &[Term], coefficients: &[f64], target: &[f64]) -> Vec<f64> {
+    let made = sum(terms, coefficients, target.len());
+    made.iter().zip(target).map(|(a, b)| (a - b).powi(2)).collect()
+}
+
+pub(super) fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
 pub(super) fn sum(terms: &[Term], coefficients: &[f64], rows: usize) -> Vec<f64> {
     let mut sum = vec![0.0; rows];
     for (term, coefficient) in terms.iter().zip(coefficients) {

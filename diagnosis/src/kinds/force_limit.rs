@@ -7,7 +7,7 @@ use super::{Balance, Element, Form, Glance, Known, spread};
 impl Known for ForceLimit {
     const BALANCE: Option<Balance<Self>> = Some(Balance::shaped(
         Form::Limit,
-        |extent| spread(0.3 * extent.command, 0.98 * extent.command, 25),
+        |extent| spread(0.04 * extent.command, 0.98 * extent.command, 40),
         |_, limit| Self { limit },
         |own| (Vec::new(), own.limit),
     ));

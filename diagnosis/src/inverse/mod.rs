@@ -58,7 +58,7 @@ pub(crate) struct Inverse {
     /// How friction turns by itself. The search of a set of causes begins there.
     reversals: Arc<Reversals>,
     /// Shapes and reversals of sets of causes that were found.
-    known: Mutex<HashMap<Vec<(Site, Kind)>, (Vec<f64>, Reversal)>>,
+    known: Mutex<HashMap<Vec<(Site, Kind)>, Known>>,
     /// Whether the instant at which commands act within their rows is fitted.
     is_shifted: bool,
     extent: Extent,
@@ -72,6 +72,9 @@ pub(crate) struct Inverse {
     /// Weighed square residuals of the calibrated machine on the check experiments.
     alone: Vec<f64>,
 }
+
+/// Shapes of causes, and how friction reverses beside them.
+type Known = (Vec<f64>, Reversal);
 
 /// The balance of a set of causes.
 #[derive(Clone, Debug)]
@@ -289,7 +292,7 @@ impl Inverse {
     }
 
     /// Shapes and reversal of causes, if they are known.
-    fn known(&self, causes: &[Candidate]) -> Option<(Vec<f64>, Reversal)> {
+    fn known(&self, causes: &[Candidate]) -> Option<Known> {
         self.known.lock().ok()?.get(&named(causes)).cloned()
     }
 

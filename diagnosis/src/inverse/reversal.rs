@@ -202,3 +202,46 @@ impl Inverse {
         (residual(&terms, &found, &target), lead_s)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    const LIMITS: Limits = Limits { length_m: [1e-6, 1e-2], mass_per_command: 0.1, sharpest: 2 };
+
+    /// A residual of which a hundredth depends on the logarithms of length and lead.
+    #[test]
+    fn truth_a_search_ends_at_the_least_residual() {
+        let of = |r: Reversal| {
+            let squares = (r.length_m / 1e-4).ln().powi(2) + (r.lead_s / 3e-3).ln().powi(2);
+            1.0 + 0.01 * squares + 0.01 * (r.sharpness as f64 - 2.0).powi(2)
+        };
+        let found = LIMITS.refined(Reversal { length_m: 3e-4, lead_s: 1e-2, sharpness: 0 }, of);
+        assert_eq!(found.sharpness, 2);
+        // A step counts if it gains a ten-thousandth: from a distance of a tenth in the logarithm, or of two
+        // tenths if the step that gains most is twice that distance.
+        for ratio in [found.length_m / 1e-4, found.lead_s / 3e-3] {
+            assert!(ratio.ln().abs() < 0.2, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn truth_a_search_ends_where_nothing_is_finite_or_better() {
+        let from = Reversal { length_m: 1e-4, lead_s: 0.0, sharpness: 1 };
+        for left in [f64::INFINITY, f64::NAN, 1.0] {
+            let calls = Cell::new(0);
+            let found = LIMITS.refined(from, |_| {
+                calls.set(calls.get() + 1);
+                left
+            });
+            assert_eq!(found, from);
+            // Six neighbours at each of six steps.
+            assert!(calls.get() <= 1 + 6 * 6, "{}", calls.get());
+        }
+        // A residual that falls forever ends at the limit.
+        let longest = LIMITS.refined(from, |r| 1.0 + 1e-4 / r.length_m);
+        assert!((longest.length_m / 1e-2 - 1.0).abs() < 0.3, "{longest:?}");
+    }
+}

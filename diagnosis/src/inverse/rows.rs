@@ -128,11 +128,11 @@ impl Rows {
         let position = few(&light);
         let most = MOST_TURNING / measured_spacing_s;
         let corners = SHARPNESS.map(|sharpness| sharpness * LIGHT * corner_hz);
-        let is_new = |corner: &&f64| **corner <= most || **corner == corners[0];
-        let of_corner = |corner: &f64| {
+        let is_used = |(i, corner): &(usize, &f64)| *i == 0 || **corner <= most;
+        let of_corner = |(_, corner): (usize, &f64)| {
             few(&slope(&smoothed(measured.position, *corner, measured_spacing_s), measured_spacing_s))
         };
-        let light_speeds = corners.iter().filter(is_new).map(of_corner).collect();
+        let light_speeds = corners.iter().enumerate().filter(is_used).map(of_corner).collect();
         let kept = ((1.0 / (corner_hz * spacing_s * KEPT_PER_CORNER)).round() as usize).max(1);
         let end = ((ENDS / (corner_hz * spacing_s)) as usize).min(position.len() / 4);
         let commands =
@@ -264,6 +264,12 @@ impl Rows {
 }
 
 impl Moving<'_> {
+    /// See [`At::direction`].
+    #[cfg(test)]
+    pub(super) fn directions(&self) -> &[f64] {
+        &self.turning.direction
+    }
+
     /// A force of the motion, as [`Self::of_motion`]. It is kept if there is room. `is_dry` says whether it
     /// depends on the direction of friction.
     pub(super) fn force(&self, named: Named, is_dry: bool, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {

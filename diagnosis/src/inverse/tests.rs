@@ -135,6 +135,59 @@ fn truth_damping_of_bristles_is_no_lag() {
     }
 }
 
+/// Friction with a load is friction that depends on direction: the same forces with as many values.
+#[test]
+fn truth_equal_forces_balance_equally() {
+    let (inverse, all) = inverse("", &|_, v| 6.0 * v.signum() + 2.0);
+    let nats = |kinds: &[Kind]| {
+        let set: Vec<Candidate> =
+            kinds.iter().map(|kind| *all.iter().find(|one| one.definition.kind == *kind).unwrap()).collect();
+        inverse.weigh(&set).unwrap().nats
+    };
+    let both = nats(&[Kind::CoulombFriction, Kind::ConstantLoad]);
+    // The ridge is 1e-9 of a square, and thousands of rows count half a nat for each e-fold.
+    assert!((both - nats(&[Kind::AsymmetricFriction])).abs() < 1e-3);
+    assert!(both > nats(&[Kind::CoulombFriction]) + 100.0);
+}
+
+/// A record at constant acceleration reverses between two rows. Dahl's friction follows the distance moved;
+/// its damping adds two levels times the lead over the reversal.
+#[test]
+fn truth_friction_reverses_over_its_length() {
+    const ACCELERATION: f64 = 2.0;
+    let turns_s = 20.0 + 0.37 * SPACING_S;
+    let position: Vec<f64> =
+        (0..8000).map(|k| 0.5 * ACCELERATION * (SPACING_S * f64::from(k) - turns_s).powi(2)).collect();
+    let command = vec![0.0; position.len()];
+    let measured = Measured {
+        start_s: 0.0,
+        spacing_s: SPACING_S,
+        command: &command,
+        position: &position,
+        is_held: false,
+    };
+    let rows = Rows::new(&measured, 1.0);
+    let times = rows.times_s();
+    let inside = |t: f64| (t - turns_s).abs() < 5.0;
+    for length_m in [1e-6, 1e-3] {
+        let of = |lead_s: f64| {
+            let turning = rows.turning(Reversal { length_m, lead_s, sharpness: 0 });
+            rows.moving(&turning).directions().to_vec()
+        };
+        let (dry, damped) = (of(0.0), of(0.01));
+        for (t, found) in times.iter().zip(&dry).filter(|(t, _)| inside(**t)) {
+            let moved = 0.5 * ACCELERATION * (t - turns_s).powi(2);
+            let exact = if *t < turns_s { -1.0 } else { 1.0 - 2.0 * (-moved / length_m).exp() };
+            // The speed is linear between rows, so distances are exact but for the ends of the filter.
+            assert!((found - exact).abs() < 1e-3, "{length_m} {t} {found} {exact}");
+        }
+        let spacing_s = times[1] - times[0];
+        let rows = times.iter().zip(dry.iter().zip(&damped)).filter(|(t, _)| inside(**t));
+        let area: f64 = rows.map(|(_, (dry, damped))| (damped - dry) * spacing_s).sum();
+        assert!((area / (2.0 * 0.01) - 1.0).abs() < 1e-3, "{length_m} {area}");
+    }
+}
+
 fn friction(all: &[Candidate]) -> Vec<Candidate> {
     all.iter().filter(|one| one.definition.kind == Kind::CoulombFriction).copied().collect()
 }

@@ -229,8 +229,8 @@ impl Judge<'_> {
         self.check(&self.search.calibrated, scored) > ACCEPT && self.all(scored) > ACCEPT_ALL
     }
 
-    /// Replaces a cause by the two causes whose sum it is. They predict the same, so they are preferred. A part
-    /// that is believed is no cause.
+    /// Replaces a cause by the two causes whose sum it is. They predict the same, so they are preferred. If
+    /// one of them is believed, the other remains.
     pub(crate) fn split(&self, accepted: &Scored) -> Option<Scored> {
         let is_sum = |cause: &Candidate| dossier(cause.definition.kind).parts.is_some();
         let i = accepted.causes.iter().position(is_sum)?;

@@ -411,8 +411,8 @@ mod tests {
         }
     }
 
-    /// A load of 3 N beside believed friction of 4 N is friction of 7 N one way and of 1 N the other. The answer
-    /// names the load alone.
+    /// A load of 3 N beside believed friction of 4 N is friction of 7 N one way and of 1 N the other. The
+    /// answer names the load alone.
     #[test]
     fn truth_a_sum_with_believed_friction_is_its_other_part() {
         let believed = format!("{BELIEVED}[springs.guide.effects.coulomb-friction]\nlevel = 4.0\n");

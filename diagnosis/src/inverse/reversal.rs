@@ -220,8 +220,8 @@ mod tests {
         };
         let found = LIMITS.refined(Reversal { length_m: 3e-4, lead_s: 1e-2, sharpness: 0 }, of);
         assert_eq!(found.sharpness, 2);
-        // A step counts if it gains a ten-thousandth, which a distance of a tenth in the logarithm costs. A step
-        // of twice that distance gains nothing.
+        // A step counts if it gains a ten-thousandth, which a distance of a tenth in the logarithm costs. A
+        // step of twice that distance gains nothing.
         for ratio in [found.length_m / 1e-4, found.lead_s / 3e-3] {
             assert!(ratio.ln().abs() < 0.2, "{found:?}");
         }

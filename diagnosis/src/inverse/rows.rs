@@ -253,11 +253,13 @@ impl Rows {
         let positions = over(&|rows| rows.thin(&rows.position));
         let (low, high) =
             positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
-        let commands = over(&|rows| rows.smooth.clone());
+        let mut commands = over(&|rows| rows.smooth.iter().map(|u| u.abs()).collect());
+        commands.sort_by(f64::total_cmp);
         Extent {
             speed: rms(&over(&|rows| rows.thin(&rows.speed))),
             ends: [low, high],
-            command: commands.iter().fold(0.0, |most, u| most.max(u.abs())),
+            command: commands.last().copied().unwrap_or(0.0),
+            usual_command: commands.get(commands.len() / 2).copied().unwrap_or(0.0),
             resolved_s: 1.0 / (TAU * rows.iter().map(|rows| rows.corner_hz).fold(0.0, f64::max)),
         }
     }

@@ -8,8 +8,9 @@ pub(crate) struct Extent {
     pub(crate) speed: f64,
     /// Least and largest position, m.
     pub(crate) ends: [f64; 2],
-    /// Largest command, N.
+    /// Largest command, and median of its magnitude, N.
     pub(crate) command: f64,
+    pub(crate) usual_command: f64,
     /// Shortest resolved time, s.
     pub(crate) resolved_s: f64,
 }

@@ -4,10 +4,17 @@ use feeler_plant::effects::ForceLimit;
 
 use super::{Balance, Element, Form, Glance, Known, spread};
 
+/// A limit below this share of the largest command is tried only if it clips less than half of the rows.
+/// Otherwise it leaves little of a command to explain.
+const LEAST: f64 = 0.3;
+
 impl Known for ForceLimit {
     const BALANCE: Option<Balance<Self>> = Some(Balance::shaped(
         Form::Limit,
-        |extent| spread(0.04 * extent.command, 0.98 * extent.command, 40),
+        |extent| {
+            let least = (LEAST * extent.command).min(extent.usual_command);
+            spread(least, 0.98 * extent.command, 40)
+        },
         |_, limit| Self { limit },
         |own| (Vec::new(), own.limit),
     ));

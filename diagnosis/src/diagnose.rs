@@ -336,7 +336,7 @@ mod tests {
     fn of_real(believed: &str, real: &str, amplitude_n: f64) -> Dataset {
         let machine = |text: &str| Document::parse(text, "axis.toml").unwrap().scenario.machine;
         let channel = Channel { column: "x".into(), source: Source::Sensor(0), noise: 1e-6, resolution: 0.0 };
-        let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: Some(2e-3) }];
+        let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: Some(2e-3), noise: None }];
         let record = |i: u8| {
             let at = |k: i32| amplitude_n * (f64::from(k) * (0.02 + 0.01 * f64::from(i))).sin();
             let command = (0..500).map(at).collect();

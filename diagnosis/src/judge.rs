@@ -383,7 +383,7 @@ mod tests {
             noise: 1e-3,
             resolution: 0.0,
         });
-        let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: Some(1e-3) }];
+        let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: Some(1e-3), noise: None }];
         let record = |i: u8| {
             let command: Vec<f64> = (0..500).map(|k| 8.0 * (0.02 * f64::from(k)).sin()).collect();
             let own: Vec<f64> = command.iter().map(|u| u / 1.5).collect();

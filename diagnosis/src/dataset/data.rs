@@ -70,6 +70,8 @@ pub struct Driven {
     pub column: String,
     /// Time for which each command is held, s; `None` if not stated.
     pub hold_s: Option<f64>,
+    /// Standard deviation of the noise of its commands, SI; `None` if not stated.
+    pub noise: Option<f64>,
 }
 
 /// One experiment: commands and readings on an even grid.

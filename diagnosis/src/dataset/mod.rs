@@ -122,7 +122,8 @@ impl Dataset {
             remedy: remedy.into(),
         };
         for (name, column) in &file.columns {
-            let driven = |drive| Driven { drive, column: name.clone(), hold_s: column.hold_s };
+            let driven =
+                |drive| Driven { drive, column: name.clone(), hold_s: column.hold_s, noise: column.noise };
             if let Some(controller) = followed_by(&column.signal) {
                 let looped = Looped::of(&file.machine.scenario, &self.machine, controller);
                 let looped = looped.ok_or_else(|| {

@@ -15,8 +15,14 @@ const SMOOTH: f64 = 3.0;
 /// Scatter of more than this share of a command (root mean square) belongs to the command.
 const MOST_NOISE: f64 = 0.3;
 
+/// Standard deviation of white noise in a command of the first drive: as stated, or else from its scatter.
+pub(crate) fn command_noise(dataset: &Dataset, command: &[f64]) -> f64 {
+    let stated = dataset.drives.first().and_then(|driven| driven.noise);
+    stated.unwrap_or_else(|| scattered_noise(command))
+}
+
 /// Standard deviation of white noise in a command; zero if the scatter belongs to the command.
-pub(crate) fn command_noise(command: &[f64]) -> f64 {
+fn scattered_noise(command: &[f64]) -> f64 {
     let every_other: Vec<f64> = command.iter().step_by(2).copied().collect();
     let [all, other] = [command, &every_other].map(command_scatter);
     let is_noise = other < SMOOTH * all && all < HELD * other && all < MOST_NOISE * rms(command);
@@ -30,7 +36,7 @@ pub(super) fn rms(series: &[f64]) -> f64 {
 
 /// Standard deviation of white noise in the first command of a record, if that is a force.
 pub(crate) fn force_noise(dataset: &Dataset, record: usize) -> f64 {
-    pushed(dataset, record).map_or(0.0, |(_, command)| command_noise(command))
+    pushed(dataset, record).map_or(0.0, |(_, command)| command_noise(dataset, command))
 }
 
 /// The record with noise of the same size added to its first command. `None` if the command has no noise.
@@ -58,7 +64,7 @@ fn pushed(dataset: &Dataset, record: usize) -> Option<(f64, &[f64])> {
 /// an acceleration that is constant over each row. The variance is `density / (2 sqrt(2) omega^3)`.
 pub(crate) fn wander(dataset: &Dataset, record: usize, omega: f64) -> f64 {
     let Some((mass, command)) = pushed(dataset, record).filter(|_| omega > 0.0) else { return 0.0 };
-    let density = (command_noise(command) / mass).powi(2) * dataset.records[record].spacing_s;
+    let density = (command_noise(dataset, command) / mass).powi(2) * dataset.records[record].spacing_s;
     (density / (2.0 * std::f64::consts::SQRT_2 * omega.powi(3))).sqrt()
 }
 
@@ -79,13 +85,13 @@ mod tests {
         let noisy: Vec<f64> =
             (0..4000).map(|k| (0.01 * f64::from(k)).sin() + 0.02 * chance.deviate()).collect();
         // Neighbouring differences share rows, so that 4000 of them give the median to about four percent.
-        assert!((command_noise(&noisy) / 0.02 - 1.0).abs() < 0.1);
+        assert!((scattered_noise(&noisy) / 0.02 - 1.0).abs() < 0.1);
         let held: Vec<f64> = (0..4000).map(|k| (0.9 * f64::from(k / 2)).sin()).collect();
-        assert!(command_noise(&held) == 0.0, "{}", command_noise(&held));
+        assert!(scattered_noise(&held) == 0.0, "{}", scattered_noise(&held));
         let clean: Vec<f64> = (0..4000).map(|k| (0.3 * f64::from(k)).sin()).collect();
-        assert!(command_noise(&clean) < 1e-3);
+        assert!(scattered_noise(&clean) < 1e-3);
         // A command may itself be as rough as noise.
         let asked: Vec<f64> = (0..4000).map(|_| chance.deviate()).collect();
-        assert!(command_noise(&asked) == 0.0);
+        assert!(scattered_noise(&asked) == 0.0);
     }
 }

@@ -522,7 +522,7 @@ fn weight(dataset: &Dataset) -> f64 {
 }
 
 fn is_noisy(dataset: &Dataset) -> bool {
-    let is_noise = |command: &Vec<f64>| command_noise(command) > 0.0;
+    let is_noise = |command: &Vec<f64>| command_noise(dataset, command) > 0.0;
     dataset.records.iter().all(|record| record.commands.first().is_some_and(is_noise))
 }
 

@@ -68,7 +68,7 @@ fn records_of(
     };
     let channel = Channel { column: "x".into(), source: Source::Sensor(0), noise: 1e-6, resolution: 0.0 };
     let records = vec![record(0, 0.3), record(1, 1.1), record(2, 2.0)];
-    let drives = vec![Driven { drive: 0, column: "u".into(), hold_s }];
+    let drives = vec![Driven { drive: 0, column: "u".into(), hold_s, noise: None }];
     let dataset = Dataset::new("axis", machine, drives, vec![channel], records);
     (Inverse::new(&dataset).expect("an axis that moves as one"), candidates(&dataset.machine))
 }

@@ -95,7 +95,8 @@ mod tests {
             0.9 * (TAU * 0.11 * t_s).sin() + 0.35 * (TAU * 0.37 * t_s + 1.0).sin() + 0.05 * noise
         };
         let machine = Document::parse(MACHINE, "axis.toml").expect("it is a machine").scenario.machine;
-        let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(spacing_s) }];
+        let drives =
+            vec![Driven { drive: 0, column: "command".into(), hold_s: Some(spacing_s), noise: None }];
         let channel =
             Channel { column: "encoder".into(), source: Source::Sensor(0), noise: 1e-6, resolution: STEP_M };
         let commands = vec![(0..ROWS).map(command).collect()];

@@ -102,7 +102,8 @@ fn dataset(more: &str, force: &dyn Fn(f64, f64) -> f64) -> Dataset {
 pub(crate) fn moved(text: &str, motion: &Motion, force: &dyn Fn(f64, f64) -> f64) -> Dataset {
     let machine = Document::parse(text, "slow.toml").expect("the text is a machine").scenario.machine;
     let mut noise = Noise(11);
-    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(1.0 / RATE_HZ) }];
+    let drives =
+        vec![Driven { drive: 0, column: "command".into(), hold_s: Some(1.0 / RATE_HZ), noise: None }];
     let channel =
         Channel { column: "encoder".into(), source: Source::Sensor(0), noise: 1e-6, resolution: STEP_M };
     let records = (0..4).map(|i| record(i, motion, &mut noise, force)).collect();

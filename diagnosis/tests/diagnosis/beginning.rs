@@ -76,7 +76,7 @@ fn dataset(first: usize, hold_s: Option<f64>) -> Dataset {
 fn moved([commands, positions]: [Vec<f64>; 2], first: usize, hold_s: Option<f64>) -> Dataset {
     let counted = positions[first..].iter().map(|x| (x / STEP_M).round() * STEP_M).collect();
     let machine = Document::parse(MACHINE, "axis.toml").expect("the text is a machine").scenario.machine;
-    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s }];
+    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s, noise: None }];
     let channel =
         Channel { column: "encoder".into(), source: Source::Sensor(0), noise: 1e-6, resolution: STEP_M };
     let record = Record::even("axis.csv", SPACING_S, vec![commands[first..].to_vec()], vec![counted]);
@@ -196,7 +196,7 @@ fn hanging(first: usize, hangs: bool) -> Dataset {
     }
     let counted = positions[first..].iter().map(|x| (x / 1e-5).round() * 1e-5).collect();
     let machine = Document::parse(ARM, "arm.toml").expect("the text is a machine").scenario.machine;
-    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(SPACING_S) }];
+    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(SPACING_S), noise: None }];
     let channel =
         Channel { column: "encoder".into(), source: Source::Sensor(0), noise: 1e-6, resolution: 1e-5 };
     let record = Record::even("arm.csv", SPACING_S, vec![commands[first..].to_vec()], vec![counted]);

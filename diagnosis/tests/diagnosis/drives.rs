@@ -203,7 +203,7 @@ fn truth_a_piece_of_a_record_begins_as_warm_as_the_rows_before_left_it() {
             vec![channel("encoder", Source::Sensor(0)), channel("force", Source::Drive(0, Quantity::Force))];
         let commands: Vec<f64> = (0..900).map(command).collect();
         let blank = vec![vec![0.0; commands.len()]; channels.len()];
-        let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: Some(0.01) }];
+        let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: Some(0.01), noise: None }];
         let record = Record::even("long.csv", 0.01, vec![commands], blank);
         let mut dataset = Dataset::new("long", machine, drives, channels, vec![record]);
         let free = |dataset: &Dataset, record: usize| {

@@ -97,7 +97,7 @@ fn dataset(draw: &mut Draw, rows: usize, sensors: usize, rate_hz: f64) -> Datase
             }
         })
         .collect();
-    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: None }];
+    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: None, noise: None }];
     Dataset::new("fuzzed", machine, drives, channels, records)
 }
 

@@ -64,7 +64,12 @@ fn recorded_with(scenario: &Scenario, commands: Vec<SignalName>) -> Dataset {
     });
     let record = Record::even("run.csv", 1.0 / ROWS_PER_S, commands.to_vec(), series.to_vec());
     let record = Record { is_check: true, times_s: trace.t_s.clone(), ..record };
-    let driven = |drive| Driven { drive, column: format!("command-{drive}"), hold_s: Some(1.0 / ROWS_PER_S) };
+    let driven = |drive| Driven {
+        drive,
+        column: format!("command-{drive}"),
+        hold_s: Some(1.0 / ROWS_PER_S),
+        noise: None,
+    };
     let drives = (0..commands.len()).map(driven).collect();
     let channels = channels.collect();
     Dataset::new("run", scenario.machine, drives, channels, vec![record])

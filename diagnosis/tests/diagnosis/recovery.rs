@@ -133,7 +133,7 @@ pub(crate) fn recorded(
         Record { engagement: Some(Engagement::Free), is_check: *is_check, ..record }
     };
     let records = commands.iter().enumerate().map(record).collect();
-    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(SPACING_S) }];
+    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(SPACING_S), noise: None }];
     let mut dataset = Dataset::new("bench", believed, drives, channels, records);
     let real = machine(real);
     let mut noise = Noise(7);

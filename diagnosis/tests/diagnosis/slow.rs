@@ -40,6 +40,15 @@ fn truth_friction_of_four_fifths_of_the_command_is_recovered() {
     assert_recovers(&answer, "coulomb-friction", "level", 25.0);
 }
 
+/// Friction of a twentieth of the command, and of 95 %.
+#[test]
+fn truth_hardly_any_friction_and_almost_only_friction_are_recovered() {
+    for friction in [0.3, 114.0] {
+        let answer = answered(BELIEVED, &Motion { friction, ..USUAL }, &|_, _| 0.0);
+        assert_recovers(&answer, "coulomb-friction", "level", friction);
+    }
+}
+
 #[test]
 fn truth_drag_is_told_from_friction_and_damping() {
     assert_recovers(&answer(&|_, v| 90.0 * v * v.abs()), "quadratic-drag", "drag", 90.0);

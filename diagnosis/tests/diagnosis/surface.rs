@@ -90,7 +90,7 @@ fn regress_a_wall_nearer_than_believed_is_found() {
         Record { engagement: Some(engagement), is_check, ..record }
     });
     let (channels, records) = (channels.collect(), records.collect());
-    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(SPACING_S) }];
+    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(SPACING_S), noise: None }];
     let mut dataset = Dataset::new("bench", believed, drives, channels, records);
     let mut state: u64 = 11;
     for r in 0..dataset.records.len() {

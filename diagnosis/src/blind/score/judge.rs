@@ -90,17 +90,25 @@ impl<'a> Judged<'a> {
     /// named nor a declared look-alike of a named effect. Or a named effect is neither hidden nor a declared
     /// look-alike of a hidden one.
     pub(super) fn is_sure_and_wrong(&self) -> bool {
-        let is_like = |a: &str, b: &str| {
-            let pairs = &self.answer.look_alikes;
-            a == b || pairs.iter().any(|[x, y]| (x == a && y == b) || (x == b && y == a))
-        };
-        let kinds = self.kinds();
-        let is_missed = |hidden: &HiddenEffect| {
-            hidden.outside_library || !kinds.iter().any(|kind| is_like(kind, &hidden.kind))
-        };
-        let is_accused = |kind: &&str| !self.case.effects.iter().any(|hidden| is_like(kind, &hidden.kind));
+        let is_accused =
+            |kind: &&str| !self.case.effects.iter().any(|hidden| self.are_alike(kind, &hidden.kind));
         self.answer.verdict == "explained"
-            && (self.case.effects.iter().any(is_missed) || kinds.iter().any(is_accused))
+            && (!self.names_all_or_alike() || self.kinds().iter().any(is_accused))
+    }
+
+    /// Whether every hidden effect is named, or a declared look-alike of it.
+    pub(super) fn names_all_or_alike(&self) -> bool {
+        let kinds = self.kinds();
+        let is_named = |hidden: &HiddenEffect| {
+            !hidden.outside_library && kinds.iter().any(|kind| self.are_alike(kind, &hidden.kind))
+        };
+        self.case.effects.iter().all(is_named)
+    }
+
+    /// Whether two kinds are equal or declared alike.
+    fn are_alike(&self, a: &str, b: &str) -> bool {
+        let pairs = &self.answer.look_alikes;
+        a == b || pairs.iter().any(|[x, y]| (x == a && y == b) || (x == b && y == a))
     }
 
     /// Whether the kind is among the first three that the answer names.

@@ -94,6 +94,7 @@ pub(super) struct Tallies {
     decidable: Tally,
     top3: Tally,
     pair: Tally,
+    pair_alike: Tally,
     outside: Tally,
     alarm: Tally,
     inside: Tally,
@@ -129,6 +130,7 @@ impl Tallies {
             }
             Hides::Several(_) => {
                 self.pair.add(right);
+                self.pair_alike.add(judged.names_all_or_alike());
                 self.closed.push(answer.claimed);
             }
         }
@@ -190,6 +192,7 @@ impl Tallies {
             ),
             self.top3.measure("kind among the first 3", Goal::None),
             self.pair.measure("both of two effects found", Goal::AtLeast(goals.pair)),
+            self.pair_alike.measure("both of two, or declared look-alikes of them", Goal::None),
             self.outside.measure("effect of no library: refused, place right", Goal::AtLeast(goals.outside)),
             self.alarm.measure("false alarm where nothing is hidden", Goal::AtMost(goals.alarm)),
             Measure::median("parameter error, median", &self.errors, MeasureUnit::Share, Goal::AtMost(0.05)),

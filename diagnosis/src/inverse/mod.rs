@@ -9,6 +9,7 @@ mod base;
 mod family;
 mod noise;
 mod reversal;
+mod reversing;
 mod rows;
 mod smooth;
 mod solve;
@@ -18,12 +19,12 @@ use std::sync::{Arc, Mutex};
 
 use base::Base;
 pub(crate) use base::Part;
-use rows::{Measured, Moving, Named, Rows, corner_hz};
+use rows::{Measured, Moving, Named, Reversals, Rows, corner_hz};
 use solve::{Term, mean, residual, solve, squares, sum};
 
 pub(crate) use family::Family;
 pub(crate) use reversal::Reversal;
-use reversal::{Reversals, least};
+use reversal::least;
 pub(crate) use smooth::Smooth;
 
 use crate::dataset::{Channel, Dataset, Record};
@@ -273,7 +274,7 @@ impl Inverse {
         if is_fine {
             self.shape(&mut shaped, &grids);
             let limits = self.limits();
-            let trials = limits.all(self.extent.stroke()).filter(|_| self.of_reversals(causes) > 0);
+            let trials = limits.all().filter(|_| self.of_reversals(causes) > 0);
             let trials = trials.chain([shaped.reversals.reversal]);
             let (_, begun) = least(trials, |one| left(&shaped, one));
             let reversal = limits.refined(begun, |one| left(&shaped, one));

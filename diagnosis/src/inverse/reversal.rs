@@ -1,16 +1,8 @@
 //! How friction reverses: a guide gives way before it slides, as the force around reversals shows.
 
-use super::rows::{Moving, Rows, Turning};
-use super::smooth::free;
-use super::solve::{residual, solve};
-use super::{Inverse, ROWS_PER_INDEPENDENT};
-use crate::kinds::At;
-
 /// Trial presliding lengths, as shares of the stroke, and their limits.
 const LENGTHS: [f64; 6] = [1e-6, 1e-4, 2.5e-4, 6e-4, 1.5e-3, 4e-3];
 const LENGTH_LIMITS: [f64; 2] = [1e-6, 1e-2];
-/// Presliding length where nothing shows it, as a share of the stroke.
-const USUAL_LENGTH: f64 = 1e-4;
 /// Least and largest lead, over `sqrt(length mass / command)`. With friction of a third of the largest
 /// command, 2 is a damping ratio of presliding of 0.7.
 const LEAD_LIMITS: [f64; 2] = [0.1, 8.0];
@@ -22,8 +14,6 @@ const FINEST: f64 = 1.02;
 /// Least reduction of a residual that counts, and largest number of steps.
 const LEAST_GAIN: f64 = 1e-4;
 const MOST_STEPS: usize = 30;
-/// Evidence of friction, in nats, from which its reversals are fitted on a machine without dry friction.
-const FRICTION_NATS: f64 = 6.0;
 
 /// How friction reverses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,13 +36,22 @@ pub(super) struct Limits {
 }
 
 impl Limits {
+    /// The limits of a stroke, of a believed mass over the largest command, and of the sharpness.
+    pub(super) fn new(stroke_m: f64, mass_per_command: f64, sharpest: usize) -> Self {
+        Self { length_m: LENGTH_LIMITS.map(|share| share * stroke_m), mass_per_command, sharpest }
+    }
+
+    pub(super) fn sharpest(&self) -> usize {
+        self.sharpest
+    }
+
     fn lead_s(&self, length_m: f64) -> [f64; 2] {
         let slow_s = (length_m * self.mass_per_command).sqrt();
         LEAD_LIMITS.map(|times| times * slow_s)
     }
 
     /// The reversal within the limits; a lead below the least one is zero.
-    fn within(&self, found: Reversal) -> Reversal {
+    pub(super) fn within(&self, found: Reversal) -> Reversal {
         let length_m = found.length_m.clamp(self.length_m[0], self.length_m[1]);
         let [least, most] = self.lead_s(length_m);
         let lead_s = if found.lead_s < least { 0.0 } else { found.lead_s.min(most) };
@@ -74,9 +73,9 @@ impl Limits {
     }
 
     /// Trials over all lengths, with the usual lead.
-    pub(super) fn all(self, stroke: f64) -> impl Iterator<Item = Reversal> {
+    pub(super) fn all(self) -> impl Iterator<Item = Reversal> {
         LENGTHS.into_iter().map(move |share| {
-            let length_m = share * stroke;
+            let length_m = share / LENGTH_LIMITS[0] * self.length_m[0];
             self.within(Reversal { length_m, lead_s: USUAL_LEAD * self.lead_s(length_m)[0], sharpness: 0 })
         })
     }
@@ -107,100 +106,6 @@ pub(super) fn least(
     let tried = trials.map(|reversal| (left(reversal), reversal));
     let finite = tried.filter(|(left, _)| left.is_finite());
     finite.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, Reversal::default()))
-}
-
-/// How friction turns in all experiments.
-#[derive(Default)]
-pub(super) struct Reversals {
-    pub(super) reversal: Reversal,
-    fitted: Vec<Turning>,
-    checked: Vec<Turning>,
-}
-
-impl Inverse {
-    pub(super) fn limits(&self) -> Limits {
-        let stroke = self.extent.stroke();
-        let command = self.extent.command.max(f64::MIN_POSITIVE);
-        let all = self.fitted.iter().chain(&self.checked);
-        Limits {
-            length_m: LENGTH_LIMITS.map(|share| share * stroke),
-            mass_per_command: self.base.mass() / command,
-            sharpest: all.map(Rows::sharpest).min().unwrap_or(0),
-        }
-    }
-
-    /// How friction turns in the fitted experiments only.
-    pub(super) fn trial(&self, reversal: Reversal) -> Reversals {
-        let fitted = self.fitted.iter().map(|rows| rows.turning(reversal)).collect();
-        Reversals { reversal, fitted, checked: Vec::new() }
-    }
-
-    /// How friction turns in all experiments.
-    pub(super) fn reversals(&self, reversal: Reversal) -> Reversals {
-        let checked = self.checked.iter().map(|rows| rows.turning(reversal)).collect();
-        Reversals { checked, ..self.trial(reversal) }
-    }
-
-    pub(super) fn moving_fitted<'a>(&'a self, reversals: &'a Reversals) -> Vec<Moving<'a>> {
-        self.fitted.iter().zip(&reversals.fitted).map(|(rows, turning)| rows.moving(turning)).collect()
-    }
-
-    pub(super) fn moving_checked<'a>(&'a self, reversals: &'a Reversals) -> Vec<Moving<'a>> {
-        self.checked.iter().zip(&reversals.checked).map(|(rows, turning)| rows.moving(turning)).collect()
-    }
-
-    /// How friction reverses on a machine with any friction, load, drag and mass.
-    pub(super) fn free_reversal(&self) -> Reversal {
-        let limits = self.limits();
-        let left = |reversal: Reversal| self.left_free(reversal, true).0;
-        let stroke = self.extent.stroke();
-        let begun = (0..=limits.sharpest).map(|sharpness| {
-            let of = |share: f64| Reversal { length_m: share * stroke, lead_s: 0.0, sharpness };
-            let (_, best) = least(LENGTHS.into_iter().map(of), left);
-            // The lead is a coefficient here.
-            let fixed = |near: Reversal| if near.lead_s > 0.0 { f64::INFINITY } else { left(near) };
-            limits.refined(best, fixed)
-        });
-        let (without, _) = self.left_free(Reversal::default(), false);
-        let (with, found) = least(begun, left);
-        let rows: usize = self.fitted.iter().map(|rows| rows.weights.len()).sum();
-        let nats = 0.5 * rows as f64 / ROWS_PER_INDEPENDENT * (without / with).ln();
-        if self.base.has_dry_friction(&[]) || nats >= FRICTION_NATS {
-            let (_, lead_s) = self.left_free(found, true);
-            limits.within(Reversal { lead_s, ..found })
-        } else {
-            Reversal { length_m: USUAL_LENGTH * stroke, ..Reversal::default() }
-        }
-    }
-
-    /// Mean square residual of the believed machine with any load, drag and mass, and with any friction if
-    /// wanted; and the lead of that friction. A wrong length would otherwise make up for these.
-    fn left_free(&self, reversal: Reversal, has_friction: bool) -> (f64, f64) {
-        let trial = self.trial(reversal);
-        let fitted = self.moving_fitted(&trial);
-        let (mut terms, target) = self.balance(&fitted, &self.nothing(), None);
-        for dry in self.base.dry_sides().into_iter().rev() {
-            terms.remove(dry);
-        }
-        let mut add = |series: &dyn Fn(&Moving<'_>) -> Vec<f64>| {
-            terms.push(free(fitted.iter().flat_map(|rows| rows.weighed(&series(rows))).collect()));
-        };
-        let smooth: [fn(At) -> f64; 3] = [|_| 1.0, |at| at.speed, |at| at.speed * at.speed.abs()];
-        for force in smooth {
-            add(&|rows| rows.of_motion(0.0, force));
-        }
-        add(&|rows| rows.acceleration.clone());
-        if has_friction {
-            add(&|rows| rows.of_motion(0.0, |at| at.direction));
-            add(&|rows| rows.rate(&rows.of_motion(0.0, |at| at.direction)));
-        }
-        let Some(found) = solve(&terms, &target) else { return (f64::INFINITY, 0.0) };
-        let lead_s = match found[..] {
-            [.., level, damping] if level > 0.0 => damping / level,
-            _ => 0.0,
-        };
-        (residual(&terms, &found, &target), lead_s)
-    }
 }
 
 #[cfg(test)]

@@ -95,6 +95,14 @@ pub(super) struct Turning {
     kept_forces: Kept,
 }
 
+/// How friction turns in all experiments.
+#[derive(Default)]
+pub(super) struct Reversals {
+    pub(super) reversal: Reversal,
+    pub(super) fitted: Vec<Turning>,
+    pub(super) checked: Vec<Turning>,
+}
+
 /// An experiment in which friction turns in one way.
 #[derive(Clone, Copy)]
 pub(super) struct Moving<'a> {

@@ -11,10 +11,7 @@ const LEAST_ASYMMETRY: f64 = 0.02;
 impl Known for AsymmetricFriction {
     const BALANCE: Option<Balance<Self>> = Some(Balance::forces(
         // Presliding leads from one level to the other, without a stop at zero.
-        &[
-            Force::positive(|at| 0.5 * (at.direction + 1.0)),
-            Force::positive(|at| 0.5 * (at.direction - 1.0)),
-        ],
+        &[Force::positive(|at| 0.5 * (at.direction + 1.0)), Force::positive(|at| 0.5 * (at.direction - 1.0))],
         |of, _| {
             let level = 0.5 * (of[0] + of[1]);
             Self { level, asymmetry: if level > 0.0 { 0.5 * (of[0] - of[1]) / level } else { 0.0 } }

@@ -11,6 +11,7 @@ mod noise;
 mod reversal;
 mod reversing;
 mod rows;
+mod shaping;
 mod smooth;
 mod solve;
 
@@ -24,7 +25,6 @@ use solve::{Term, mean, residual, solve, squares, sum};
 
 pub(crate) use family::Family;
 pub(crate) use reversal::Reversal;
-use reversal::least;
 pub(crate) use smooth::Smooth;
 
 use crate::dataset::{Channel, Dataset, Record};
@@ -41,11 +41,6 @@ const ROWS_PER_INDEPENDENT: f64 = 2.0;
 const PER_UNKNOWN: f64 = 1.5;
 /// Unknowns of the reversals of friction: its presliding length and its lead.
 const REVERSAL_UNKNOWNS: usize = 2;
-/// Iterations over the shapes of several causes, one shape after another.
-const ROUNDS: usize = 3;
-/// Ratio of golden sections, and their number between two shapes.
-const GOLDEN: f64 = 0.618_034;
-const SECTIONS: usize = 8;
 /// Smallest numbers of kept rows. The fitted experiments must determine every unknown, and the evidence of
 /// the check experiments grows with their rows.
 const FEWEST_FITTED: usize = 60;
@@ -238,116 +233,6 @@ impl Inverse {
         if adds { REVERSAL_UNKNOWNS } else { 0 }
     }
 
-    /// The causes with the shapes, and with the reversals of friction, that leave the smallest residual on
-    /// the fitted experiments. A rough search takes the reversals of the causes alone.
-    fn shaped<'b>(&self, causes: &'b [Candidate], is_fine: bool) -> Option<Shaped<'b>> {
-        let shown: Vec<Shown> = causes
-            .iter()
-            .map(|cause| dossier(cause.definition.kind).balance.filter(|_| Base::shows(cause)))
-            .collect::<Option<_>>()?;
-        let grids: Vec<Vec<f64>> = shown.iter().map(|shown| (shown.shapes)(&self.extent)).collect();
-        let shapes = grids.iter().map(|grid| grid[grid.len() / 2]).collect();
-        let of_form = |shown: &Shown| match shown.form {
-            Form::Forces(forces) => forces.len(),
-            Form::Mass | Form::Deadband => 1,
-            _ => 0,
-        };
-        let unknowns = shown.iter().map(of_form).sum::<usize>()
-            + grids.iter().filter(|grid: &&Vec<f64>| grid.len() > 1).count()
-            + self.of_reversals(causes);
-        let mut shaped = Shaped { causes, shown, shapes, unknowns, reversals: self.reversals.clone() };
-        if !self.base.has_dry_friction(causes) {
-            self.shape(&mut shaped, &grids);
-            if is_fine {
-                self.sharpen(&mut shaped, &grids);
-            }
-            return Some(shaped);
-        }
-        if let Some((shapes, reversal)) = self.known(causes) {
-            let reversals = Arc::new(self.reversals(reversal));
-            return Some(Shaped { shapes, reversals, ..shaped });
-        }
-        let left = |shaped: &Shaped<'_>, reversal: Reversal| {
-            let reversals = Arc::new(self.trial(reversal));
-            self.left(&Shaped { reversals, ..shaped.clone() }, None)
-        };
-        if is_fine {
-            self.shape(&mut shaped, &grids);
-            let limits = self.limits();
-            let trials = limits.all().filter(|_| self.of_reversals(causes) > 0);
-            let trials = trials.chain([shaped.reversals.reversal]);
-            let (_, begun) = least(trials, |one| left(&shaped, one));
-            let reversal = limits.refined(begun, |one| left(&shaped, one));
-            shaped.reversals = Arc::new(self.reversals(reversal));
-            self.shape(&mut shaped, &grids);
-            self.sharpen(&mut shaped, &grids);
-            self.keep(&shaped);
-        } else {
-            let alone = causes.iter().filter_map(|cause| Some(self.known(&[*cause])?.1));
-            let trials = alone.chain([shaped.reversals.reversal]);
-            let (_, reversal) = least(trials, |one| left(&shaped, one));
-            shaped.reversals = Arc::new(self.reversals(reversal));
-            self.shape(&mut shaped, &grids);
-        }
-        Some(shaped)
-    }
-
-    /// Shapes and reversal of causes, if they are known.
-    fn known(&self, causes: &[Candidate]) -> Option<Known> {
-        self.known.lock().ok()?.get(&named(causes)).cloned()
-    }
-
-    fn keep(&self, shaped: &Shaped<'_>) {
-        if let Ok(mut known) = self.known.lock() {
-            known.insert(named(shaped.causes), (shaped.shapes.clone(), shaped.reversals.reversal));
-        }
-    }
-
-    /// Chooses the shapes with the smallest residual on the fitted experiments.
-    fn shape(&self, shaped: &mut Shaped<'_>, grids: &[Vec<f64>]) {
-        let mut best = f64::INFINITY;
-        for _ in 0..if shaped.causes.len() > 1 { ROUNDS } else { 1 } {
-            for (i, grid) in grids.iter().enumerate().filter(|(_, grid)| grid.len() > 1) {
-                let mut found = shaped.shapes[i];
-                for &shape in grid {
-                    shaped.shapes[i] = shape;
-                    let left = self.left(shaped, None);
-                    if left < best {
-                        (best, found) = (left, shape);
-                    }
-                }
-                shaped.shapes[i] = found;
-            }
-        }
-    }
-
-    /// Moves each shape to the least residual between its neighbours in the grid, by golden sections.
-    fn sharpen(&self, shaped: &mut Shaped<'_>, grids: &[Vec<f64>]) {
-        for (i, grid) in grids.iter().enumerate().filter(|(_, grid)| grid.len() > 1) {
-            let own = shaped.shapes[i];
-            let Some(at) = grid.iter().position(|shape| shape.to_bits() == own.to_bits()) else { continue };
-            let left = |shape: f64| {
-                let mut trial = shaped.clone();
-                trial.shapes[i] = shape;
-                (self.left(&trial, None), shape)
-            };
-            let [mut low, mut high] = [at.saturating_sub(1), (at + 1).min(grid.len() - 1)].map(|at| grid[at]);
-            let inner = |low: f64, high: f64| [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
-            let [mut a, mut b] = inner(low, high).map(left);
-            for _ in 0..SECTIONS {
-                if a.0 < b.0 {
-                    (high, b) = (b.1, a);
-                    a = left(inner(low, high)[0]);
-                } else {
-                    (low, a) = (a.1, b);
-                    b = left(inner(low, high)[1]);
-                }
-            }
-            let tried = [a, b, left(own)].into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-            shaped.shapes[i] = tried.map_or(own, |(_, shape)| shape);
-        }
-    }
-
     /// Mean weighed square residual on the fitted experiments; infinite if they do not determine it.
     fn left(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> f64 {
         let (terms, target) = self.balance(&self.moving_fitted(&shaped.reversals), shaped, smooth);
@@ -509,10 +394,6 @@ impl Inverse {
         };
         shaped.shown.iter().zip(&shaped.shapes).map(of).collect()
     }
-}
-
-fn named(causes: &[Candidate]) -> Vec<(Site, Kind)> {
-    causes.iter().map(|cause| (cause.site, cause.definition.kind)).collect()
 }
 
 /// Weight of a balance: a half if only positions correct predictions, because these then show little of slow

@@ -29,7 +29,7 @@ pub(crate) struct Reversal {
 /// Limits of reversals.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Limits {
-    length_m: [f64; 2],
+    stroke_m: f64,
     /// Believed mass over the largest command, s²/m.
     mass_per_command: f64,
     sharpest: usize,
@@ -38,7 +38,7 @@ pub(super) struct Limits {
 impl Limits {
     /// The limits of a stroke, of a believed mass over the largest command, and of the sharpness.
     pub(super) fn new(stroke_m: f64, mass_per_command: f64, sharpest: usize) -> Self {
-        Self { length_m: LENGTH_LIMITS.map(|share| share * stroke_m), mass_per_command, sharpest }
+        Self { stroke_m, mass_per_command, sharpest }
     }
 
     pub(super) fn sharpest(&self) -> usize {
@@ -52,7 +52,8 @@ impl Limits {
 
     /// The reversal within the limits; a lead below the least one is zero.
     pub(super) fn within(&self, found: Reversal) -> Reversal {
-        let length_m = found.length_m.clamp(self.length_m[0], self.length_m[1]);
+        let [shortest, longest] = LENGTH_LIMITS.map(|share| share * self.stroke_m);
+        let length_m = found.length_m.clamp(shortest, longest);
         let [least, most] = self.lead_s(length_m);
         let lead_s = if found.lead_s < least { 0.0 } else { found.lead_s.min(most) };
         Reversal { length_m, lead_s, sharpness: found.sharpness.min(self.sharpest) }
@@ -75,14 +76,15 @@ impl Limits {
     /// Trials over all lengths, with the usual lead.
     pub(super) fn all(self) -> impl Iterator<Item = Reversal> {
         LENGTHS.into_iter().map(move |share| {
-            let length_m = share / LENGTH_LIMITS[0] * self.length_m[0];
+            let length_m = share * self.stroke_m;
             self.within(Reversal { length_m, lead_s: USUAL_LEAD * self.lead_s(length_m)[0], sharpness: 0 })
         })
     }
 
-    /// The reversal near another one that leaves least: steps shrink where no neighbour leaves less.
-    pub(super) fn refined(&self, from: Reversal, left: impl Fn(Reversal) -> f64) -> Reversal {
-        let mut best = (left(from), from);
+    /// The reversal near another one that leaves least, with what both leave: steps shrink where no neighbour
+    /// leaves less.
+    pub(super) fn refined(&self, begun: (f64, Reversal), left: impl Fn(Reversal) -> f64) -> (f64, Reversal) {
+        let mut best = begun;
         let mut by = STEP;
         for _ in 0..MOST_STEPS {
             let next = least(self.near(best.1, by), &left);
@@ -94,16 +96,20 @@ impl Limits {
                 break;
             }
         }
-        best.1
+        best
     }
 }
 
-/// The reversal that leaves least.
+/// The reversal that leaves least, with what it leaves.
 pub(super) fn least(
     trials: impl Iterator<Item = Reversal>,
     left: impl Fn(Reversal) -> f64,
 ) -> (f64, Reversal) {
-    let tried = trials.map(|reversal| (left(reversal), reversal));
+    lowest(trials.map(|reversal| (left(reversal), reversal)))
+}
+
+/// The reversal that leaves least of those for which this is known.
+pub(super) fn lowest(tried: impl Iterator<Item = (f64, Reversal)>) -> (f64, Reversal) {
     let finite = tried.filter(|(left, _)| left.is_finite());
     finite.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, Reversal::default()))
 }
@@ -114,7 +120,7 @@ mod tests {
 
     use super::*;
 
-    const LIMITS: Limits = Limits { length_m: [1e-6, 1e-2], mass_per_command: 0.1, sharpest: 2 };
+    const LIMITS: Limits = Limits { stroke_m: 1.0, mass_per_command: 0.1, sharpest: 2 };
 
     /// A residual of which a hundredth depends on the logarithms of length and lead.
     #[test]
@@ -123,7 +129,8 @@ mod tests {
             let squares = (r.length_m / 1e-4).ln().powi(2) + (r.lead_s / 3e-3).ln().powi(2);
             1.0 + 0.01 * squares + 0.01 * (r.sharpness as f64 - 2.0).powi(2)
         };
-        let found = LIMITS.refined(Reversal { length_m: 3e-4, lead_s: 1e-2, sharpness: 0 }, of);
+        let from = Reversal { length_m: 3e-4, lead_s: 1e-2, sharpness: 0 };
+        let (_, found) = LIMITS.refined((of(from), from), of);
         assert_eq!(found.sharpness, 2);
         // A step counts if it gains a ten-thousandth, which a distance of a tenth in the logarithm costs. A
         // step of twice that distance gains nothing.
@@ -137,7 +144,7 @@ mod tests {
         let from = Reversal { length_m: 1e-4, lead_s: 0.0, sharpness: 1 };
         for left in [f64::INFINITY, f64::NAN, 1.0] {
             let calls = Cell::new(0);
-            let found = LIMITS.refined(from, |_| {
+            let (_, found) = LIMITS.refined((left, from), |_| {
                 calls.set(calls.get() + 1);
                 left
             });
@@ -146,7 +153,7 @@ mod tests {
             assert!(calls.get() <= 1 + 6 * 6, "{}", calls.get());
         }
         // A residual that falls forever ends at the limit.
-        let longest = LIMITS.refined(from, |r| 1.0 + 1e-4 / r.length_m);
+        let (_, longest) = LIMITS.refined((2.0, from), |r| 1.0 + 1e-4 / r.length_m);
         assert!((longest.length_m / 1e-2 - 1.0).abs() < 0.3, "{longest:?}");
     }
 }

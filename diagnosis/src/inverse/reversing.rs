@@ -1,6 +1,6 @@
 //! Finds how friction reverses, and sets it in all experiments.
 
-use super::reversal::{Limits, Reversal, least};
+use super::reversal::{Limits, Reversal, least, lowest};
 use super::rows::{Moving, Reversals, Rows};
 use super::smooth::free;
 use super::solve::{residual, solve};
@@ -47,13 +47,12 @@ impl Inverse {
         let stroke = self.extent.stroke();
         let begun = (0..=limits.sharpest()).map(|sharpness| {
             let trials = limits.all().map(|usual| Reversal { lead_s: 0.0, sharpness, ..usual });
-            let (_, best) = least(trials, left);
             // The lead is a coefficient here.
             let fixed = |near: Reversal| if near.lead_s > 0.0 { f64::INFINITY } else { left(near) };
-            limits.refined(best, fixed)
+            limits.refined(least(trials, left), fixed)
         });
         let (without, _) = self.left_free(Reversal::default(), false);
-        let (with, found) = least(begun, left);
+        let (with, found) = lowest(begun);
         let rows: usize = self.fitted.iter().map(|rows| rows.weights.len()).sum();
         let nats = 0.5 * rows as f64 / ROWS_PER_INDEPENDENT * (without / with).ln();
         if self.base.has_dry_friction(&[]) || nats >= FRICTION_NATS {

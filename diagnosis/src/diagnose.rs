@@ -321,6 +321,7 @@ mod tests {
     use crate::dataset::{Channel, Driven, Record};
     use crate::fit::odds::room_above_noise;
     use crate::predict::Predictor;
+    use crate::report::Verdict;
 
     const BELIEVED: &str = "[bodies.axis]\nmass = 2.0\n[springs.guide]\nbetween = [\"ground\", \"axis\"]\n\
         damping = 10.0\n[sensors.encoder]\nreads = \"axis.position\"\nnoise = 1e-6\n\
@@ -426,6 +427,30 @@ mod tests {
         assert_eq!(kinds, [Kind::ConstantLoad]);
         // A thousandth of the command.
         assert!((split.values(0)[0] - 3.0).abs() < 0.012, "{:?}", split.values(0));
+    }
+
+    /// Commands of 2 ms without a stated hold act 0.4 rows late. Their unknown timing takes a delay of that
+    /// size over, so the answer doubts the drive. Without a delay nothing is doubted.
+    #[test]
+    fn truth_calibration_with_a_doubtful_value_is_not_called_no_gap() {
+        for (delay_s, verdict) in [(8e-4, Verdict::NotIdentifiable), (0.0, Verdict::NoGap)] {
+            let delay = format!("[actuators.drive.effects.command-delay]\ndelay = {delay_s:e}\n");
+            let mut dataset = of_real(BELIEVED, &format!("{BELIEVED}{delay}"), 8.0);
+            // A sampled command goes in straight lines: half a row earlier than one that is held.
+            for record in &mut dataset.records {
+                let held = record.commands[0].clone();
+                let between = |k: usize| 0.5 * (held[k] + held[k.saturating_sub(1)]);
+                record.commands[0] = (0..held.len()).map(between).collect();
+            }
+            dataset.drives[0].hold_s = None;
+            let answer = diagnose(&dataset, &|_| {}).unwrap();
+            let told = (answer.verdict, &answer.adequacy.shortfalls);
+            assert_eq!(answer.verdict, verdict, "{told:?}");
+            let places: Vec<&str> = answer.places.iter().map(|place| place.place).collect();
+            let doubted: &[&str] = if delay_s > 0.0 { &["drive"] } else { &[] };
+            assert_eq!(places, doubted, "{told:?}");
+            assert!(answer.effects.is_empty(), "{told:?}");
+        }
     }
 
     /// A single cause is dropped only if it may be absent and removes little of the error.

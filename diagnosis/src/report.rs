@@ -21,7 +21,8 @@ pub enum Verdict {
     UnknownCause,
     /// Calibration alone closes the gap.
     NoGap,
-    /// The motion in the records is too small to decide.
+    /// The records do not decide: the motion is too small, causes at several places explain as much, or
+    /// calibration alone closes the gap with a value at its limit.
     NotIdentifiable,
 }
 

@@ -73,7 +73,8 @@ pub(crate) fn assess(
     let against = if is_replaced { Condition::Residual } else { Condition::Rivals };
     short(against, instead.iter().map(balance::replacing).collect());
     short(Condition::Rivals, balance::named(balanced));
-    short(Condition::Tolerance, tolerance::limits(task.dataset, accepted));
+    let doubts = tolerance::limits(task.dataset, accepted);
+    short(Condition::Tolerance, doubts.iter().map(|doubt| doubt.what.clone()).collect());
     if is_found {
         let partly = sizes.most_closed.and_then(|most| horizons::partly_closed(most, &criteria));
         short(Condition::Rivals, partly.into_iter().collect());
@@ -105,6 +106,7 @@ pub(crate) fn assess(
         drive_force_n: residual.drive_force_n,
         residual: residual.traces,
         shortfalls,
+        doubts,
         smooth: smooth.map(|smooth| smooth.family.place()),
         is_replaced,
         is_balanced,

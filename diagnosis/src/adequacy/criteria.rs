@@ -36,7 +36,8 @@ pub struct Criteria {
     pub most_missing_force: f64,
     /// Share of the missing force after calibration that may remain where `most_missing_force` is exceeded.
     pub most_of_missing_force: f64,
-    /// At every horizon the repaired machine's error must stay below this multiple of the calibrated one's.
+    /// At every horizon the repaired machine's error must stay below this multiple of the calibrated one's, or
+    /// at the noise. One in a hundred is what two fits of the same values differ by.
     pub most_worsening: f64,
     /// A prediction whose error exceeds this multiple of the channel's variation has lost the motion. The
     /// calibrated and the repaired machine are not compared there, unless the repaired one is far worse.
@@ -97,7 +98,7 @@ impl Default for Criteria {
             well_closed: 0.75,
             most_missing_force: 0.2,
             most_of_missing_force: 0.5,
-            most_worsening: 1.1,
+            most_worsening: 1.01,
             lost: 1.0,
             most_structure: 0.1,
             some_structure: 0.05,

@@ -30,6 +30,9 @@ pub struct Horizon {
 /// The noise of a command is known to about this factor.
 const NOISE_IS_KNOWN_TO: f64 = 1.2;
 
+/// All noise of a horizon is known to about this factor.
+const FLOOR_IS_KNOWN_TO: f64 = 1.1;
+
 impl Horizon {
     /// The length in words.
     pub fn name(&self) -> String {
@@ -177,8 +180,7 @@ pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<(bool, 
         (Some(refit), Some(after)) => {
             // If both have lost the motion, only a prediction that is far worse counts.
             let times = if refit > criteria.lost { LOST_FURTHER } else { criteria.most_worsening };
-            let noise = horizon.noise() * criteria.most_worsening;
-            after > times * refit && after > noise
+            after > times * refit && after > FLOOR_IS_KNOWN_TO * horizon.noise()
         }
     };
     let say = |horizon: &Horizon| {
@@ -235,6 +237,10 @@ mod tests {
         let criteria = Criteria::default();
         assert!(worsened(&[horizon(0.5, 0.1), horizon(0.8, 0.5)], &criteria).is_empty());
         assert_eq!(worsened(&[horizon(0.5, 0.1), horizon(0.5, 0.7)], &criteria).len(), 1);
+        // The repaired machine must be better, unless noise alone leaves such an error.
+        assert_eq!(worsened(&[horizon(0.50, 0.52)], &criteria).len(), 1);
+        let noisy = Horizon { floor: 0.5, ..horizon(0.50, 0.52) };
+        assert!(worsened(&[noisy], &criteria).is_empty());
         // Both have lost the motion; then one diverges.
         assert!(worsened(&[horizon(2.0, 2.5)], &criteria).is_empty());
         assert_eq!(worsened(&[horizon(2.0, 1e14)], &criteria).len(), 1);

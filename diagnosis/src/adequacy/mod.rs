@@ -22,6 +22,7 @@ pub use criteria::Criteria;
 pub use horizons::Horizon;
 pub use residual::ResidualTrace;
 pub(crate) use rivals::as_good_but_small;
+pub(crate) use tolerance::Doubt;
 
 use feeler_plant::effects::Place;
 use serde::Serialize;
@@ -88,6 +89,9 @@ pub struct Adequacy {
     pub residual: Vec<ResidualTrace>,
     /// Reasons why the answer is not called explained; empty if all conditions hold.
     pub shortfalls: Vec<Shortfall>,
+    /// The values that end at the limits of their tolerances.
+    #[serde(skip)]
+    pub(crate) doubts: Vec<Doubt>,
     /// Place of a smooth force that no cause makes, if that force improves the balance clearly.
     #[serde(skip)]
     pub(crate) smooth: Option<Place>,
@@ -120,6 +124,11 @@ impl Adequacy {
 
     fn fails(&self, condition: Condition) -> bool {
         self.shortfalls.iter().any(|shortfall| shortfall.condition == condition)
+    }
+
+    /// The condition that the check records are too short to test, in words.
+    pub(crate) fn untested(&self) -> Option<String> {
+        residual::untested(&self.residual)
     }
 
     /// Whether causes were left untried, or not fitted to the end, because the time ran out.

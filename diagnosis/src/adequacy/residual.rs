@@ -114,6 +114,17 @@ impl Residual {
     }
 }
 
+/// Says that records are too short to test a dependence, if nothing was tested.
+pub(super) fn untested(traces: &[ResidualTrace]) -> Option<String> {
+    traces.is_empty().then(|| {
+        format!(
+            "the check records have fewer than {FEWEST_POINTS} averages of {AVERAGE_S} s or more: too few to \
+             show whether the missing force depends on command, position, speed or time (record longer, or \
+             check more)"
+        )
+    })
+}
+
 /// Averages along a record once its prediction has settled; `None` if the model has no prediction.
 fn points(task: &Task<'_>, scored: &Scored, r: usize) -> Option<Vec<Point>> {
     let record = &task.dataset.records[r];

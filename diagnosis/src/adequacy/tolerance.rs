@@ -1,8 +1,11 @@
 //! Believed values at the limits of their tolerances: their true values may lie beyond. Values fitted
 //! together with them are then off as well.
 
+use feeler_plant::description::Site;
+use feeler_plant::effects::Place;
+
 use crate::dataset::Dataset;
-use crate::fit::candidates::Candidate;
+use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::scored::Scored;
 use crate::kinds::{SURELY_LATE_ROWS, dossier};
 
@@ -10,11 +13,23 @@ use crate::kinds::{SURELY_LATE_ROWS, dossier};
 /// between rows or holds each value, and both act early. A later command may be a short lag.
 const UNDOUBTED_ROWS: f64 = 0.2;
 
+/// A value that something else may have moved.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Doubt {
+    /// Place of that value; `None` if it may be at several.
+    pub(crate) place: Option<Place>,
+    /// Whether the value is the instant at which commands act.
+    pub(crate) is_timing: bool,
+    /// The doubt in words.
+    pub(crate) what: String,
+}
+
 /// The believed values at the limits of their tolerances, commands that act late or at the limit of their
-/// timing, and the softest presliding, in words.
-pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
+/// timing, and the softest presliding.
+pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<Doubt> {
     let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
-    let say = |(key, [believed, fitted]): (String, [f64; 2])| {
+    let all = candidates(&dataset.machine);
+    let value = |(site, key, [believed, fitted]): (Site, String, [f64; 2])| {
         let off = if believed == 0.0 {
             format!("{fitted:+.3}")
         } else {
@@ -22,15 +37,18 @@ pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
         };
         let then =
             if accepted.causes.is_empty() { "" } else { "; then the values of the causes are off too" };
-        format!(
+        let what = format!(
             "{key} ends at the limit of its tolerance ({off}): its true value may lie beyond{then} (state a \
              wider tolerance, or correct the believed value)"
-        )
+        );
+        let place = all.iter().find(|cause| cause.site == site).map(|cause| cause.place);
+        Doubt { place, is_timing: false, what }
     };
-    let values = model.at_limits(theta).into_iter().map(say);
+    let values = model.at_limits(theta).into_iter().map(value);
     let rows = model.leeway(theta).late_rows;
     let is_doubtful = model.is_timing_at_limit(theta) || rows > UNDOUBTED_ROWS;
     let column = dataset.first_sampled().filter(|_| is_doubtful);
+    let timing = |what: String| Doubt { place: Some(Place::Drive), is_timing: true, what };
     let shifted = column.map(|column| {
         format!(
             "commands of `{column}` act {rows:+.2} rows late, as fitted: something else may shift them, such \
@@ -38,9 +56,12 @@ pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
         )
     });
     let soft = model.is_presliding_softest(theta).then(|| {
-        "before it slides, a guide yields as softly as fits allow: something else may give way there".into()
+        let what =
+            "before it slides, a guide yields as softly as fits allow: something else may give way there";
+        Doubt { place: None, is_timing: false, what: what.into() }
     });
-    values.chain(shifted).chain(in_all(dataset, accepted)).chain(soft).collect()
+    let commands = shifted.into_iter().chain(in_all(dataset, accepted)).map(timing);
+    values.chain(commands).chain(soft).collect()
 }
 
 /// The delay of commands without a stated hold, in words, if causes make it longer than a hold does, but not

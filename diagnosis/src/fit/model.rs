@@ -303,9 +303,9 @@ impl Model {
         self.unknowns.iter().find(is_of).is_some_and(|unknown| unknown.is_at_end(unknown.theta(value)))
     }
 
-    /// Believed values at the limits of their tolerances: key, believed and fitted value. A value is left out
-    /// if a trial effect of the same dimension on the same element adds to it.
-    pub(crate) fn at_limits(&self, theta: &[f64]) -> Vec<(String, [f64; 2])> {
+    /// Believed values at the limits of their tolerances: element, key, believed and fitted value. A value is
+    /// left out if a trial effect of the same dimension on the same element adds to it.
+    pub(crate) fn at_limits(&self, theta: &[f64]) -> Vec<(Site, String, [f64; 2])> {
         let is_carried_on = |target: Target| {
             let Target::Value(site, index) = target else { return false };
             let dimension = self.believed_at(site, index).map(|believed| believed.dimension());
@@ -319,8 +319,9 @@ impl Model {
             unknown.is_at_limit(**theta) && !self.is_idle(*i) && !is_carried_on(unknown.target)
         })
         .filter_map(|(_, (unknown, theta))| {
+            let (Target::Value(site, _) | Target::Belief(site, ..)) = unknown.target else { return None };
             let believed = unknown.value(unknown.prior?.0);
-            Some((self.key_of(unknown.target)?, [believed, unknown.value(*theta)]))
+            Some((site, self.key_of(unknown.target)?, [believed, unknown.value(*theta)]))
         })
         .collect()
     }

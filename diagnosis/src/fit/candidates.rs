@@ -42,10 +42,12 @@ pub(crate) fn of_kind(machine: &Machine, kind: Kind) -> Vec<Candidate> {
 fn acting(machine: &Machine, is_asked: impl Fn(&Definition) -> bool) -> Vec<Candidate> {
     let Ok(assembly) = assemble(machine) else { return Vec::new() };
     let mut found = Vec::new();
+    let is_loaded =
+        !machine.contacts.is_empty() || assembly.weights.iter().any(|weight| weight.course.pull().is_some());
     let can_act = |definition: &&Definition| {
         is_asked(definition)
             && matches!(definition.change, Change::Plant(_))
-            && (!machine.contacts.is_empty() || !dossier(definition.kind).needs_contact)
+            && (is_loaded || !dossier(definition.kind).needs_load)
             && (machine.axis == Axis::Rotational || !dossier(definition.kind).only_turning)
     };
     for definition in LIBRARY.iter().copied().filter(can_act) {

@@ -209,7 +209,7 @@ pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> 
         .misfits(&fitted.model, &fitted.theta, &records)
         .unwrap_or_else(|| vec![vec![f64::INFINITY; channels]; records.len()]);
     // A balance that does not involve a cause gains nothing from it.
-    let balanced = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&Inverse::shown_of(&causes)));
+    let balanced = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&inverse.shown_of(&causes)));
     Scored { causes, fitted, misfits, balanced }
 }
 

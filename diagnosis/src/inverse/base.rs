@@ -1,6 +1,6 @@
 //! Terms of the believed machine in a balance of forces, each value free within its tolerance.
 
-use feeler_plant::assembly::{GROUND_NODE, assemble};
+use feeler_plant::assembly::{GROUND_NODE, Pull, assemble};
 use feeler_plant::description::{ActuatorKind, ElementKind, Quantity, Site};
 use feeler_plant::effects::{Kind, Place, Trait};
 
@@ -58,6 +58,8 @@ impl Side {
 
 pub(super) struct Base {
     sides: Vec<Side>,
+    /// Weights on the axis.
+    pulls: Vec<Pull>,
     /// Channel of the measured position.
     pub(super) position: usize,
 }
@@ -116,12 +118,17 @@ impl Base {
             })
         };
         let position = (0..dataset.channels.len()).find(is_position)?;
-        (mass.is_finite() && mass > 0.0).then_some(Self { sides, position })
+        let on_axis = assembly.weights.iter().filter(|weight| is_in(weight.on));
+        let pulls = on_axis.filter_map(|weight| weight.course.pull()).collect();
+        (mass.is_finite() && mass > 0.0).then_some(Self { sides, pulls, position })
     }
 
-    /// Whether a balance of this machine can involve a cause, because it acts on the axis itself.
-    pub(super) fn shows(cause: &Candidate) -> bool {
-        matches!(cause.place, Place::Drive | Place::Guide | Place::Transmission)
+    /// Whether a balance of this machine can involve a cause: because the cause acts on the axis itself, and
+    /// what loads it there is known.
+    pub(super) fn shows(&self, cause: &Candidate) -> bool {
+        let is_loaded = !dossier(cause.definition.kind).needs_load || !self.pulls.is_empty();
+        is_loaded
+            && matches!(cause.place, Place::Drive | Place::Guide | Place::Transmission)
             && matches!(cause.site.table, ElementKind::Bodies | ElementKind::Springs | ElementKind::Actuators)
     }
 
@@ -129,6 +136,11 @@ impl Base {
     pub(super) fn mass(&self) -> f64 {
         let of = |side: &Side| if let Side::Mass(mass) = side { Some(*mass) } else { None };
         self.sides.iter().find_map(of).unwrap_or(0.0)
+    }
+
+    /// Size of the weights on the axis at a position, N.
+    pub(super) fn load(&self, position: f64) -> f64 {
+        self.pulls.iter().map(|pull| pull.force(position).abs()).sum()
     }
 
     /// Whether dry friction acts, beside these causes or as one of them.

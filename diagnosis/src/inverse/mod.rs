@@ -21,7 +21,7 @@ use std::sync::{Arc, Mutex};
 use base::Base;
 pub(crate) use base::Part;
 use rows::{Measured, Moving, Named, Reversals, Rows, corner_hz};
-use solve::{Term, mean, residual, solve, squares, sum};
+use solve::{Term, mean, residual, solve, sum};
 
 pub(crate) use family::Family;
 pub(crate) use reversal::Reversal;
@@ -65,6 +65,8 @@ pub(crate) struct Inverse {
     pub(crate) weight: f64,
     /// Whether the command has measurement noise. It accumulates in predictions, but not in a balance.
     pub(crate) is_noisy: bool,
+    /// Mean square of the noise of the command in the balance, N^2.
+    command_noise: f64,
     /// Weighed square residuals of the calibrated machine on the check experiments.
     alone: Vec<f64>,
 }
@@ -97,6 +99,8 @@ struct Shaped<'a> {
     /// Number of unknowns that the balance fits.
     unknowns: usize,
     reversals: Arc<Reversals>,
+    /// Whether the instant at which commands act is free, so that a lag or delay needs no exact shape.
+    is_floating: bool,
 }
 
 impl Shaped<'_> {
@@ -104,6 +108,17 @@ impl Shaped<'_> {
     fn gain(&self) -> f64 {
         let gains = self.shown.iter().zip(&self.shapes);
         gains.filter(|(shown, _)| matches!(shown.form, Form::Gain)).map(|(_, gain)| *gain).product()
+    }
+
+    /// Whether a cause makes the command act late.
+    fn is_late(&self) -> bool {
+        self.shown.iter().any(|shown| matches!(shown.form, Form::Lag | Form::Delay))
+    }
+
+    /// Time constant of the lag between command and force, s.
+    fn lag_s(&self) -> f64 {
+        let lags = self.shown.iter().zip(&self.shapes);
+        lags.filter(|(shown, _)| matches!(shown.form, Form::Lag)).map(|(_, lag_s)| *lag_s).sum()
     }
 }
 
@@ -146,12 +161,18 @@ impl Inverse {
         let most_kept_values = rows::MOST_KEPT_VALUES / (fitted.len() + checked.len()).max(1);
         for rows in fitted.iter_mut().chain(&mut checked) {
             (rows.middle, rows.most_kept_values) = (extent.middle(), most_kept_values);
+            rows.carry(|position| base.load(position));
         }
         let ends = fitted.iter().filter_map(|rows| rows.times_s().last().copied());
         let from_s =
             fitted.iter().filter_map(|rows| rows.times_s().first().copied()).fold(f64::MAX, f64::min);
         let span_s = (ends.fold(from_s, f64::max) - from_s).max(f64::MIN_POSITIVE);
         let (weight, is_noisy) = (weight(dataset), is_noisy(dataset));
+        let noise = |record: &&Record| {
+            let command = record.commands.first()?;
+            let left = rows::left_of_noise(command, corner, record.spacing_s);
+            Some(command_noise(dataset, command).powi(2) * left)
+        };
         // Known once reversals are.
         let alone = Vec::new();
         let changes = |rows: &Rows| rows.thin(&rows.command_rate).iter().any(|rate| rate.abs() > 0.0);
@@ -169,6 +190,7 @@ impl Inverse {
             span_s,
             weight,
             is_noisy,
+            command_noise: mean(&used.iter().filter_map(noise).collect::<Vec<f64>>()),
             alone,
         };
         inverse.reversals = Arc::new(inverse.reversals(inverse.free_reversal()));
@@ -180,13 +202,20 @@ impl Inverse {
     /// The believed machine alone.
     fn nothing(&self) -> Shaped<'static> {
         let reversals = self.reversals.clone();
-        Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new(), unknowns: 0, reversals }
+        Shaped {
+            causes: &[],
+            shown: Vec::new(),
+            shapes: Vec::new(),
+            unknowns: 0,
+            reversals,
+            is_floating: false,
+        }
     }
 
     /// The causes that a balance involves.
-    pub(crate) fn shown_of(causes: &[Candidate]) -> Vec<Candidate> {
+    pub(crate) fn shown_of(&self, causes: &[Candidate]) -> Vec<Candidate> {
         let is_shown =
-            |cause: &&Candidate| Base::shows(cause) && dossier(cause.definition.kind).balance.is_some();
+            |cause: &&Candidate| self.base.shows(cause) && dossier(cause.definition.kind).balance.is_some();
         causes.iter().filter(is_shown).copied().collect()
     }
 
@@ -235,8 +264,10 @@ impl Inverse {
 
     /// Mean weighed square residual on the fitted experiments; infinite if they do not determine it.
     fn left(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> f64 {
-        let (terms, target) = self.balance(&self.moving_fitted(&shaped.reversals), shaped, smooth);
-        solve(&terms, &target).map_or(f64::INFINITY, |x| residual(&terms, &x, &target))
+        let rows = self.moving_fitted(&shaped.reversals);
+        let (terms, target) = self.balance(&rows, shaped, smooth);
+        let left = |x: Vec<f64>| mean(&self.unraised(shaped, &rows, &residual(&terms, &x, &target)));
+        solve(&terms, &target).map_or(f64::INFINITY, left)
     }
 
     /// Root mean square of a force on the check experiments, from its weighed squares.
@@ -271,7 +302,7 @@ impl Inverse {
             }
         }
         let coefficients = solve(&fitted.0, &fitted.1)?;
-        let squares = squares(&checked.0, &coefficients, &checked.1);
+        let squares = self.unraised(shaped, &rows[1], &residual(&checked.0, &coefficients, &checked.1));
         mean(&squares).is_finite().then_some(squares)
     }
 
@@ -355,8 +386,9 @@ impl Inverse {
         for term in &mut terms {
             (term.low, term.high) = (term.low / gain, term.high / gain);
         }
-        if self.is_shifted {
-            let (series, late_s) = (rows.command_rate.clone(), rows.most_late_s());
+        if self.is_shifted || shaped.is_floating {
+            let late_s = if shaped.is_floating { f64::INFINITY } else { rows.most_late_s() };
+            let series = rows.command_rate.clone();
             terms.push(Term { series, low: -late_s, high: late_s });
         }
         terms.extend(of_command);

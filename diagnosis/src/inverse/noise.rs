@@ -1,12 +1,11 @@
 //! The noise of a balance of forces. Friction is inexact near a reversal in proportion to its level, so rows
 //! near reversals count less where friction is large.
 
-use super::Inverse;
 use super::family::Family;
 use super::rows::Moving;
 use super::smooth::free;
-use super::solve::solve;
-use super::solve::squares;
+use super::solve::{mean, residual, solve};
+use super::{Inverse, Shaped};
 
 /// Share that friction lacks of its level, between classes of rows from clear motion to reversals.
 const CLASSES: [f64; 4] = [0.02, 0.1, 0.3, 0.6];
@@ -28,7 +27,7 @@ impl Inverse {
             terms.push(free(fitted.iter().flat_map(of).collect()));
         }
         let Some(found) = solve(&terms, &target) else { return };
-        let squares = squares(&terms, &found, &target);
+        let squares: Vec<f64> = residual(&terms, &found, &target).iter().map(|x| x * x).collect();
         let all: Vec<Vec<usize>> = fitted.iter().chain(&checked).map(classes).collect();
         let class: Vec<usize> = all[..fitted.len()].concat();
         let mut least = 0.0_f64;
@@ -47,5 +46,26 @@ impl Inverse {
         for (rows, classes) in self.fitted.iter_mut().chain(&mut self.checked).zip(&all) {
             rows.weights = classes.iter().map(weights).collect();
         }
+    }
+    /// Squares of a residual without what a lag adds to it. The balance adds the lag's time constant times
+    /// the rate of all forces that follow from the motion, and so of their errors too. It adds nothing to
+    /// the noise of the command. A delay adds nothing either, and would look better than every lag.
+    pub(super) fn unraised(&self, shaped: &Shaped<'_>, rows: &[Moving<'_>], residual: &[f64]) -> Vec<f64> {
+        let mut squares: Vec<f64> = residual.iter().map(|x| x * x).collect();
+        let lag_s = shaped.lag_s();
+        if lag_s > 0.0 {
+            let (mut rates, mut from) = (0.0, 0);
+            for rows in rows {
+                let own = &residual[from..from + rows.weights.len()];
+                from += own.len();
+                let rate = |pair: &[f64]| ((pair[1] - pair[0]) / rows.kept_s()).powi(2);
+                rates += own.windows(2).map(rate).sum::<f64>();
+            }
+            let whole = squares.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+            let of_motion = 1.0 - (self.command_noise / mean(&squares)).min(1.0);
+            let raised = 1.0 + of_motion * lag_s * lag_s * rates / whole;
+            squares.iter_mut().for_each(|square| *square /= raised);
+        }
+        squares
     }
 }

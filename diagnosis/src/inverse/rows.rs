@@ -75,6 +75,8 @@ pub(super) struct Rows {
     light_speeds: Vec<Vec<f64>>,
     /// Weights of the kept rows.
     pub(super) weights: Vec<f64>,
+    /// See [`At::load`].
+    pub(super) load: Vec<f64>,
     /// See [`At::middle`].
     pub(super) middle: f64,
     /// Time of the first row, s.
@@ -161,6 +163,7 @@ impl Rows {
             speed: few(&speed),
             acceleration: few(&acceleration),
             weights: Vec::new(),
+            load: Vec::new(),
             middle: 0.0,
             start_s: measured.start_s,
             most_kept_values: 0,
@@ -170,6 +173,11 @@ impl Rows {
         rows
     }
 
+    /// Sets the load of a guide from its size over position.
+    pub(super) fn carry(&mut self, size: impl Fn(f64) -> f64) {
+        self.load = self.position.iter().map(|x| size(*x)).collect();
+    }
+
     pub(super) fn times_s(&self) -> Vec<f64> {
         (0..self.position.len()).map(|k| self.start_s + k as f64 * self.spacing_s).collect()
     }
@@ -177,6 +185,11 @@ impl Rows {
     /// The kept rows of a series.
     pub(super) fn thin(&self, series: &[f64]) -> Vec<f64> {
         series[self.end..series.len() - self.end].iter().step_by(self.kept).copied().collect()
+    }
+
+    /// Time between two kept rows, s.
+    pub(super) fn kept_s(&self) -> f64 {
+        self.kept as f64 * self.spacing_s
     }
 
     /// The kept rows of a series, times their weights.
@@ -302,6 +315,7 @@ impl Moving<'_> {
             position: self.position[k],
             middle: self.middle,
             speed: self.light_speeds[0][k],
+            load: self.load[k],
             direction: self.turning.direction[k],
             shape,
         };
@@ -320,6 +334,15 @@ fn half_a_row_later(commands: &[f64]) -> Vec<f64> {
 
 pub(super) fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64).sqrt()
+}
+
+/// Mean square that is left of white noise of unit deviation in rows of a command.
+pub(super) fn left_of_noise(command: &[f64], corner_hz: f64, spacing_s: f64) -> f64 {
+    let mut impulse = vec![0.0; command.len()];
+    if let Some(middle) = impulse.get_mut(command.len() / 2) {
+        *middle = 1.0;
+    }
+    smoothed(&impulse, corner_hz, spacing_s).iter().map(|x| x * x).sum()
 }
 
 fn smoothed(series: &[f64], corner_hz: f64, spacing_s: f64) -> Vec<f64> {

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use feeler_plant::description::Site;
 use feeler_plant::effects::Kind;
 
-use super::base::Base;
 use super::reversal::{Reversal, least};
 use super::{Inverse, Known, Shaped};
 use crate::fit::candidates::Candidate;
@@ -22,7 +21,7 @@ impl Inverse {
     pub(super) fn shaped<'b>(&self, causes: &'b [Candidate], is_fine: bool) -> Option<Shaped<'b>> {
         let shown: Vec<Shown> = causes
             .iter()
-            .map(|cause| dossier(cause.definition.kind).balance.filter(|_| Base::shows(cause)))
+            .map(|cause| dossier(cause.definition.kind).balance.filter(|_| self.base.shows(cause)))
             .collect::<Option<_>>()?;
         let grids: Vec<Vec<f64>> = shown.iter().map(|shown| (shown.shapes)(&self.extent)).collect();
         let shapes = grids.iter().map(|grid| grid[grid.len() / 2]).collect();
@@ -34,7 +33,8 @@ impl Inverse {
         let unknowns = shown.iter().map(of_form).sum::<usize>()
             + grids.iter().filter(|grid: &&Vec<f64>| grid.len() > 1).count()
             + self.of_reversals(causes);
-        let mut shaped = Shaped { causes, shown, shapes, unknowns, reversals: self.reversals.clone() };
+        let reversals = self.reversals.clone();
+        let mut shaped = Shaped { causes, shown, shapes, unknowns, reversals, is_floating: false };
         let is_dry = self.base.has_dry_friction(causes);
         if let Some((shapes, reversal)) = is_dry.then(|| self.known(causes)).flatten() {
             let reversals = Arc::new(self.reversals(reversal));
@@ -51,16 +51,23 @@ impl Inverse {
             self.sharpen(&mut shaped, &grids);
         }
         if is_dry && is_fine {
+            if shaped.is_late() {
+                shaped.reversals = Arc::new(self.reversals(self.reversal_of(&shaped, true)));
+                self.sharpen(&mut shaped, &grids);
+            }
             self.keep(&shaped);
         }
         Some(shaped)
     }
 
-    /// The reversal that leaves least with these shapes; a rough search tries those of the causes alone.
+    /// The reversal that leaves least with these shapes; a rough search tries those of the causes alone. A lag
+    /// or delay floats with the reversal. Bristles whose damping makes their force lead hide it, so that
+    /// neither would move far without the other.
     fn reversal_of(&self, shaped: &Shaped<'_>, is_fine: bool) -> Reversal {
+        let is_floating = is_fine && shaped.is_late();
         let left = |reversal: Reversal| {
             let reversals = Arc::new(self.trial(reversal));
-            self.left(&Shaped { reversals, ..shaped.clone() }, None)
+            self.left(&Shaped { reversals, is_floating, ..shaped.clone() }, None)
         };
         let causes = shaped.causes;
         let limits = self.limits();
@@ -104,13 +111,15 @@ impl Inverse {
     fn sharpen(&self, shaped: &mut Shaped<'_>, grids: &[Vec<f64>]) {
         for (i, grid) in grids.iter().enumerate().filter(|(_, grid)| grid.len() > 1) {
             let own = shaped.shapes[i];
-            let Some(at) = grid.iter().position(|shape| shape.to_bits() == own.to_bits()) else { continue };
+            let [below, above] =
+                [grid.partition_point(|shape| *shape < own), grid.partition_point(|shape| *shape <= own)];
             let left = |shape: f64| {
                 let mut trial = shaped.clone();
                 trial.shapes[i] = shape;
                 (self.left(&trial, None), shape)
             };
-            let [mut low, mut high] = [at.saturating_sub(1), (at + 1).min(grid.len() - 1)].map(|at| grid[at]);
+            let [mut low, mut high] =
+                [below.saturating_sub(1), above.min(grid.len() - 1)].map(|neighbour| grid[neighbour]);
             let inner = |low: f64, high: f64| [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
             let [mut a, mut b] = inner(low, high).map(left);
             for _ in 0..SECTIONS {

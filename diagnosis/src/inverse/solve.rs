@@ -39,14 +39,10 @@ pub(super) fn solve(terms: &[Term], target: &[f64]) -> Option<Vec<f64>> {
     Some(start.iter().zip(found.iter()).zip(&sizes).map(|((start, x), size)| start + x / size).collect())
 }
 
-/// Mean square of what terms with these coefficients leave of the target.
-pub(super) fn residual(terms: &[Term], coefficients: &[f64], target: &[f64]) -> f64 {
-    mean(&squares(terms, coefficients, target))
-}
-
-pub(super) fn squares(terms: &[Term], coefficients: &[f64], target: &[f64]) -> Vec<f64> {
+/// What terms with these coefficients leave of the target.
+pub(super) fn residual(terms: &[Term], coefficients: &[f64], target: &[f64]) -> Vec<f64> {
     let made = sum(terms, coefficients, target.len());
-    made.iter().zip(target).map(|(a, b)| (a - b).powi(2)).collect()
+    made.iter().zip(target).map(|(a, b)| a - b).collect()
 }
 
 pub(super) fn mean(values: &[f64]) -> f64 {

@@ -32,6 +32,8 @@ pub(crate) struct At {
     /// Middle of the stroke of all experiments, m.
     pub(crate) middle: f64,
     pub(crate) speed: f64,
+    /// Size of the weights of the believed machine that load a guide, N.
+    pub(crate) load: f64,
     /// Direction of the motion from -1 to 1. It changes gradually during presliding, and exceeds one while
     /// damping of the bristles adds to their force.
     pub(crate) direction: f64,

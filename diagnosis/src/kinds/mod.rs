@@ -35,8 +35,8 @@ pub(crate) trait Known: Parameters + 'static {
     const CONTAINS: &'static [Inner<Self>] = &[];
     /// Kinds that it resembles over a short motion, with starting values for their fits.
     const RESEMBLES: &'static [Resembled<Self>] = &[];
-    /// Whether the kind has no effect on a machine without contacts.
-    const NEEDS_CONTACT: bool = false;
+    /// Whether the kind has no effect on a machine without contacts and weights.
+    const NEEDS_LOAD: bool = false;
     /// Whether only a rotational axis can have the kind.
     const ONLY_TURNING: bool = false;
     /// Whether an answer may name the kind as a cause.
@@ -129,7 +129,7 @@ pub(crate) struct SumOf<Sum> {
 pub(crate) struct Dossier {
     pub(crate) read_off: Option<f64>,
     pub(crate) off_rows: f64,
-    pub(crate) needs_contact: bool,
+    pub(crate) needs_load: bool,
     pub(crate) only_turning: bool,
     pub(crate) is_cause: bool,
     /// The two kinds whose sum the kind is.
@@ -188,7 +188,7 @@ impl Dossier {
         Self {
             read_off: K::READ_OFF,
             off_rows: K::OFF_ROWS,
-            needs_contact: K::NEEDS_CONTACT,
+            needs_load: K::NEEDS_LOAD,
             only_turning: K::ONLY_TURNING,
             is_cause: K::IS_CAUSE,
             parts: K::SUM_OF.map(|sum| sum.parts),
@@ -259,7 +259,7 @@ pub(crate) fn overlaps(a: Kind, b: Kind) -> bool {
 /// Whether a kind is a law of dry friction whose level does not follow a load.
 fn is_dry_friction(kind: Kind) -> bool {
     let known = dossier(kind);
-    kind.definition().has(Trait::DryFriction) && known.is_cause && !known.needs_contact
+    kind.definition().has(Trait::DryFriction) && known.is_cause && !known.needs_load
 }
 
 /// How to separate two look-alike kinds, in words, if no command does; `None` if nothing is known.

@@ -22,6 +22,7 @@ mod surface;
 mod tx40;
 mod units;
 mod warming;
+mod weight;
 
 /// Uniform noise of unit deviation, equal in every run.
 struct Noise(u64);

@@ -63,6 +63,30 @@ fn truth_a_pendulum_of_any_swing_has_its_elliptic_period() {
     }
 }
 
+/// Friction in proportion to the weight takes the share `ratio` off a falling arm's pull and adds it to a
+/// rising one's: `(1 - ratio) (1 - cos(start)) = (1 + ratio) (1 - cos(end))`.
+#[test]
+fn truth_an_arm_with_friction_of_its_weight_swings_to_the_height_of_its_efficiency() {
+    let (torque, phase, ratio, start) = (5.0, -0.3, 0.15, 2.0_f64);
+    let mut swings = guided("gravity", &[torque, phase, 2.0 * PI], [0.3 + start, 0.0], 0.0, 10.0, 1000);
+    swings.machine.springs["guide"].effects.push(effect("load-friction", &[ratio]));
+    let (trace, simulation) = run(&swings);
+    let positions = trace.column("tip.position").unwrap();
+    let velocities = trace.column("tip.velocity").unwrap();
+    let mut turns = (1..positions.len()).filter(|&i| velocities[i - 1] * velocities[i] < 0.0);
+    let mut height = 1.0 - start.cos();
+    for side in [-1.0, 1.0, -1.0] {
+        height *= (1.0 - ratio) / (1.0 + ratio);
+        let i = turns.next().unwrap();
+        // The first row after the turn: the arm of 2 kg m^2 falls again.
+        let (x, v) = (positions[i] - 0.3, velocities[i]);
+        let reached = 1.0 - x.cos() + v * v / ((1.0 - ratio) * torque);
+        assert!(x * side > 0.0);
+        close(reached, height, EXTRAPOLATED * 10.0);
+    }
+    closes_the_ledger(&simulation);
+}
+
 #[test]
 fn truth_gravity_of_a_body_is_that_of_its_guide() {
     let effect = guided("gravity", &[5.0, 0.4, 2.0 * PI], [1.0, 0.0], 3.0, 2.0, 20);

@@ -5,8 +5,8 @@ use super::TabulatedForce;
 /// Set-valued dry friction against the sliding speed `v = e'` of a link.
 ///
 /// While sliding forward its magnitude is `forward + (static_forward - forward) exp(-(v/velocity)^2) +
-/// load_ratio |F_contact| + over(e)`; backward is analogous. At rest it takes any value up to the static
-/// level of its direction. `F_contact` is the sum over all contacts of the machine.
+/// load_ratio |F| + over(e)`; backward is analogous. At rest it takes any value up to the static level of its
+/// direction. `|F|` is the sum of the sizes of all contact forces and weights of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
     /// Level for `v > 0`, N.
@@ -17,7 +17,7 @@ pub struct Friction {
     pub stribeck_excess: f64,
     /// Stribeck speed, m/s.
     pub stribeck_velocity: f64,
-    /// Growth of the level with the contact force.
+    /// Growth of the level with contact forces and weights.
     pub load_ratio: f64,
     /// A further level over the elongation of the link.
     pub over: Option<TabulatedForce>,

@@ -48,6 +48,14 @@ impl PositionForce {
         }
     }
 
+    /// The weight on a lever, if it is one.
+    pub fn pull(&self) -> Option<Pull> {
+        match self {
+            Self::Pull(pull) => Some(*pull),
+            Self::Table(_) => None,
+        }
+    }
+
     /// Derivative of the force by position, N/m.
     pub fn slope(&self, x: f64) -> f64 {
         match self {

@@ -55,7 +55,7 @@ impl Motion {
     /// The equations of motion in a mode.
     pub fn equations(&self, mode: Mode) -> Equations {
         let mut forces = self.forces(mode);
-        let load = self.contact_load(&mut forces);
+        let load = self.load(&mut forces);
         let mut friction = vec![self.layout.zero(); self.assembly.links.len()];
         let mut stuck = Vec::new();
         for (i, link) in self.assembly.links.iter().enumerate() {
@@ -122,8 +122,9 @@ impl Motion {
         forces.bristle.iter().zip(friction).enumerate().map(part).collect()
     }
 
-    /// Sum of the magnitudes of all contact forces, which load guides with load-dependent friction.
-    fn contact_load(&self, forces: &mut Forces) -> Row {
+    /// Sum of the magnitudes of all contact forces and weights, which load guides with load-dependent
+    /// friction.
+    fn load(&self, forces: &mut Forces) -> Row {
         let mut load = self.layout.zero();
         let mut absolute = vec![false; self.assembly.contacts.len()];
         for (j, term) in self.terms.iter().enumerate() {
@@ -131,6 +132,12 @@ impl Motion {
                 forces.arguments[j] = Some([forces.contact[contact].clone(), self.layout.zero()]);
                 load[self.layout.term(j)] += 1.0;
                 absolute[contact] = true;
+            }
+            if let super::NonlinearLaw::Burden { weight, .. } = term.law {
+                let weight = &self.assembly.weights[weight];
+                let [x, _] = self.relative(weight.on, weight.reacts_on);
+                forces.arguments[j] = Some([x, self.layout.zero()]);
+                load[self.layout.term(j)] += 1.0;
             }
         }
         for (force, _) in forces.contact.iter().zip(absolute).filter(|(_, absolute)| !absolute) {

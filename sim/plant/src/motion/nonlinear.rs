@@ -1,7 +1,7 @@
 //! Laws without a matrix exponential.
 
 use super::coordinates::Coordinates;
-use crate::assembly::{Assembly, Bristle, ForceLaw, PositionForce, StopSide, TabulatedForce};
+use crate::assembly::{Assembly, Bristle, ForceLaw, PositionForce, Pull, StopSide, TabulatedForce};
 use crate::description::Engagement;
 
 /// Share of a law's scale by which its value halfway may depart from the mean of its ends. For a sine,
@@ -47,6 +47,8 @@ pub enum NonlinearLaw {
     },
     /// `|F|` of a clamped contact that loads a guide.
     Load { contact: usize },
+    /// The size of the force of a weight that loads a guide.
+    Burden { weight: usize, pull: Pull },
     /// A force of a link over the speed of its elongation.
     OverSpeed { link: usize, table: TabulatedForce },
     /// A level of dry friction over the elongation of a link.
@@ -114,6 +116,7 @@ impl NonlinearTerm {
             NonlinearLaw::Cubic { cubic, .. } => cubic * a * a * a,
             NonlinearLaw::Stribeck { excess, velocity, .. } => excess * (-(a / velocity).powi(2)).exp(),
             NonlinearLaw::Load { .. } => a.abs(),
+            NonlinearLaw::Burden { pull, .. } => pull.force(a).abs(),
             NonlinearLaw::OverSpeed { table, .. } | NonlinearLaw::Level { table, .. } => table.force(a),
             NonlinearLaw::Drag { drag, .. } => drag * a * a,
             NonlinearLaw::Slip { bristle, .. } => bristle.slip(a, b),
@@ -188,6 +191,7 @@ impl NonlinearTerm {
                 [-2.0 * a / (velocity * velocity) * self.value(a, b), 0.0]
             }
             NonlinearLaw::Load { .. } => [a.signum(), 0.0],
+            NonlinearLaw::Burden { pull, .. } => [pull.force(a).signum() * pull.slope(a), 0.0],
             NonlinearLaw::OverSpeed { table, .. } | NonlinearLaw::Level { table, .. } => {
                 [table.slope(a), 0.0]
             }
@@ -272,8 +276,12 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
             .filter(|(_, part)| part.engagement == Engagement::Clamped && apart(part.a, part.b));
         laws.extend(clamped.map(|(contact, _)| NonlinearLaw::Load { contact }));
     }
-    let weights = assembly.weights.iter().enumerate().filter(|(_, w)| apart(w.on, w.reacts_on));
-    laws.extend(weights.map(|(weight, part)| NonlinearLaw::Weight { weight, course: part.course }));
+    let weights = || assembly.weights.iter().enumerate().filter(|(_, w)| apart(w.on, w.reacts_on));
+    if loads {
+        let pulled = weights().filter_map(|(weight, part)| Some((weight, part.course.pull()?)));
+        laws.extend(pulled.map(|(weight, pull)| NonlinearLaw::Burden { weight, pull }));
+    }
+    laws.extend(weights().map(|(weight, part)| NonlinearLaw::Weight { weight, course: part.course }));
     for (drive, part) in assembly.drives.iter().enumerate() {
         let ripples = part.ripples.iter().filter(|ripple| ripple.amplitude != 0.0);
         laws.extend(ripples.map(|r| NonlinearLaw::Ripple {
@@ -295,7 +303,7 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assembly::{POINTS, Pull};
+    use crate::assembly::POINTS;
 
     /// Error of a central difference with a step of 1e-5 of the scale: 1e-10, and its rounding 1e-11, with a
     /// margin.
@@ -324,6 +332,7 @@ mod tests {
             NonlinearLaw::Level { link: 0, table },
             NonlinearLaw::Stribeck { link: 0, excess: 4.0, velocity: 0.2 },
             NonlinearLaw::Load { contact: 0 },
+            NonlinearLaw::Burden { weight: 0, pull: Pull { amplitude: 2.0, period: 1.3, phase: 0.4 } },
             NonlinearLaw::Ripple { drive: 0, amplitude: 2.0, pitch: 0.7, phase: 0.3 },
             NonlinearLaw::Heat { drive: 0, force: 0.5 },
             NonlinearLaw::Derating { drive: 0 },

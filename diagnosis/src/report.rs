@@ -22,7 +22,7 @@ pub enum Verdict {
     /// Calibration alone closes the gap.
     NoGap,
     /// The records do not decide: the motion is too small, causes at several places explain as much, or
-    /// calibration alone closes the gap with a value at its limit.
+    /// calibration alone closes the gap with a doubtful value.
     NotIdentifiable,
 }
 

@@ -11,6 +11,9 @@ use crate::table::{Column, Run, Table};
 
 /// Largest share of empty cells that are taken for losses of the recorder.
 const MOST_LOST: f64 = 0.05;
+/// Most readings for each stretch of empty cells, in a column with rows of its own. One long stretch of empty
+/// cells is a loss.
+const MOST_READINGS: usize = 4;
 /// Most empty cells in a row between readings of a column that has more than half of the rows.
 const MOST_TOGETHER: usize = 20;
 
@@ -259,8 +262,9 @@ fn has_own_rows(column: &Column) -> bool {
         return false;
     }
     let stretches = column.values.chunk_by(|a, b| a.is_nan() == b.is_nan());
-    let longest = stretches.filter(|cells| cells[0].is_nan()).map(<[f64]>::len).max().unwrap_or(0);
-    2 * empty >= rows || longest <= MOST_TOGETHER
+    let lengths: Vec<usize> = stretches.filter(|cells| cells[0].is_nan()).map(<[f64]>::len).collect();
+    let are_spread = MOST_READINGS * lengths.len() >= column.present();
+    2 * empty >= rows && are_spread || lengths.iter().max().is_none_or(|longest| *longest <= MOST_TOGETHER)
 }
 
 /// The instants of a column's readings; those of all rows of its table if these are more even, since then the
@@ -338,6 +342,9 @@ mod tests {
         // Few are lost here and there, and many in one stretch.
         assert_eq!(without(|k| k % 25 == 3), (false, 100));
         assert_eq!(without(|k| (30..60).contains(&k)), (false, 100));
+        // Most are lost in one stretch; a slow column that begins late has rows of its own.
+        assert!(!without(|k| (10..98).contains(&k)).0);
+        assert!(without(|k| k < 30 || k % 4 > 0).0);
     }
 
     #[test]

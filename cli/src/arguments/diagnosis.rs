@@ -39,7 +39,13 @@ pub(crate) struct Diagnose {
 #[derive(Args, Debug)]
 pub(crate) struct BudgetTime {
     /// Largest wall time of a diagnosis: `90 s`, `3 min`, or `unlimited`. The report lists what was not tried
-    #[arg(long, value_name = "TIME", default_value = "120 s", value_parser = limit)]
+    #[arg(
+        long,
+        value_name = "TIME",
+        default_value = "120 s",
+        value_parser = limit,
+        allow_hyphen_values = true
+    )]
     budget: Limit,
 }
 
@@ -66,7 +72,7 @@ fn limit(text: &str) -> Result<Limit, String> {
     let seconds = number.trim().parse::<f64>().ok().map(|number| number * factor);
     let time = seconds.filter(|seconds| *seconds > 0.0).and_then(|s| Duration::try_from_secs_f64(s).ok());
     time.map(|time| Limit(Some(time)))
-        .ok_or_else(|| "not a time: write '90 s', '3 min' or 'unlimited'".into())
+        .ok_or_else(|| "not a time above zero: write '90 s', '3 min' or 'unlimited'".into())
 }
 
 /// The three stages of a blind benchmark.

@@ -106,7 +106,7 @@ pub(crate) fn assess(
         drive_force_n: residual.drive_force_n,
         residual: residual.traces,
         shortfalls,
-        doubts,
+        doubts: doubts.into_iter().filter(|doubt| !doubt.is_early).collect(),
         smooth: smooth.map(|smooth| smooth.family.place()),
         is_replaced,
         is_balanced,

@@ -36,8 +36,8 @@ pub struct Criteria {
     pub most_missing_force: f64,
     /// Share of the missing force after calibration that may remain where `most_missing_force` is exceeded.
     pub most_of_missing_force: f64,
-    /// At every horizon the repaired machine's error must stay below this multiple of the calibrated one's, or
-    /// at the noise. One in a hundred is what two fits of the same values differ by.
+    /// At every horizon the repaired machine's error must stay below this multiple of the calibrated one's,
+    /// or at the noise. Two fits of the same values differ by up to one in a hundred.
     pub most_worsening: f64,
     /// A prediction whose error exceeds this multiple of the channel's variation has lost the motion. The
     /// calibrated and the repaired machine are not compared there, unless the repaired one is far worse.

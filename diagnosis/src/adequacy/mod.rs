@@ -22,7 +22,7 @@ pub use criteria::Criteria;
 pub use horizons::Horizon;
 pub use residual::ResidualTrace;
 pub(crate) use rivals::as_good_but_small;
-pub(crate) use tolerance::Doubt;
+use tolerance::Doubt;
 
 use feeler_plant::effects::Place;
 use serde::Serialize;
@@ -89,7 +89,7 @@ pub struct Adequacy {
     pub residual: Vec<ResidualTrace>,
     /// Reasons why the answer is not called explained; empty if all conditions hold.
     pub shortfalls: Vec<Shortfall>,
-    /// The values that end at the limits of their tolerances.
+    /// The values that something else may have moved, if calibration alone closes the gap with them.
     #[serde(skip)]
     pub(crate) doubts: Vec<Doubt>,
     /// Place of a smooth force that no cause makes, if that force improves the balance clearly.
@@ -124,6 +124,11 @@ impl Adequacy {
 
     fn fails(&self, condition: Condition) -> bool {
         self.shortfalls.iter().any(|shortfall| shortfall.condition == condition)
+    }
+
+    /// Whether calibration alone closes the gap, but with a doubtful value.
+    pub fn is_doubted(&self) -> bool {
+        !self.doubts.is_empty()
     }
 
     /// The condition that the check records are too short to test, in words.

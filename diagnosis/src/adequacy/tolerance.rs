@@ -20,6 +20,8 @@ pub(crate) struct Doubt {
     pub(crate) place: Option<Place>,
     /// Whether the value is the instant at which commands act.
     pub(crate) is_timing: bool,
+    /// Whether commands act before they are given. No cause makes them.
+    pub(super) is_early: bool,
     /// The doubt in words.
     pub(crate) what: String,
 }
@@ -42,13 +44,14 @@ pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<Doubt> {
              wider tolerance, or correct the believed value)"
         );
         let place = all.iter().find(|cause| cause.site == site).map(|cause| cause.place);
-        Doubt { place, is_timing: false, what }
+        Doubt { place, is_timing: false, is_early: false, what }
     };
     let values = model.at_limits(theta).into_iter().map(value);
     let rows = model.leeway(theta).late_rows;
     let is_doubtful = model.is_timing_at_limit(theta) || rows > UNDOUBTED_ROWS;
     let column = dataset.first_sampled().filter(|_| is_doubtful);
-    let timing = |what: String| Doubt { place: Some(Place::Drive), is_timing: true, what };
+    let is_early = rows < 0.0;
+    let timing = |what: String| Doubt { place: Some(Place::Drive), is_timing: true, is_early, what };
     let shifted = column.map(|column| {
         format!(
             "commands of `{column}` act {rows:+.2} rows late, as fitted: something else may shift them, such \
@@ -58,7 +61,7 @@ pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<Doubt> {
     let soft = model.is_presliding_softest(theta).then(|| {
         let what =
             "before it slides, a guide yields as softly as fits allow: something else may give way there";
-        Doubt { place: None, is_timing: false, what: what.into() }
+        Doubt { place: None, is_timing: false, is_early: false, what: what.into() }
     });
     let commands = shifted.into_iter().chain(in_all(dataset, accepted)).map(timing);
     values.chain(commands).chain(soft).collect()

@@ -19,8 +19,9 @@ use crate::report::{Cause, Estimate};
 /// Quantile of the 90 % interval of a normal distribution, in standard deviations.
 pub(super) const NINETY_PERCENT: f64 = 1.645;
 /// Ratio of Student's quantile with eleven degrees of freedom to the normal one. Deviations come from a dozen
-/// blocks of motion or more (Cameron and Miller 2015, section VI).
-const OF_BLOCKS: f64 = 1.796 / NINETY_PERCENT;
+/// blocks of motion or more (Cameron and Miller 2015, section VI). Whether a cause may be absent is decided
+/// with cautious deviations, which are wider already.
+pub(super) const OF_BLOCKS: f64 = 1.796 / NINETY_PERCENT;
 /// Divisor of the evidence that softens the odds.
 const TEMPERATURE: f64 = 4.0;
 /// The divisor if only positions are measured: model errors and noise are then harder to separate.
@@ -81,21 +82,22 @@ impl Judge<'_> {
     pub(super) fn field(&self, accepted: &Scored, rivals: &[Scored]) -> Field {
         let is_other = |rival: &&Scored| !is_the_same_elsewhere(accepted, rival) && !rival.is_same(accepted);
         let mut sets: Vec<Scored> = rivals.iter().filter(is_other).cloned().collect();
-        // Two causes and their sum predict the same: what their fits differ by is no evidence.
+        // Two causes and their sum predict the same. Their fits differ by how far each converged.
         let merged = self.merged(accepted);
         sets.extend(merged.iter().cloned());
         if !sets.is_empty() || !rivals.is_empty() {
             sets.push(accepted.clone());
         }
-        // The same causes may have been fitted twice.
-        sets.sort_by(|a, b| self.all(b).total_cmp(&self.all(a)));
-        let sets = distinct(sets);
-        let evidence = sets.iter().map(|set| self.against(accepted, set)).collect();
         let is_equal = |set: &Scored| merged.as_ref().is_some_and(|merged| merged.is_same(set));
-        let weigh = |set: &Scored| {
-            if is_equal(set) { self.all(accepted) } else { self.weighed(accepted, set) }
+        let evidence = |set: &Scored| {
+            if is_equal(set) { self.all(accepted) } else { self.evidence_for(accepted, set) }
         };
+        sets.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
+        // The same causes may have been fitted twice.
+        let sets = distinct(sets);
+        let weigh = |set: &Scored| if is_equal(set) { evidence(set) } else { self.weighed(accepted, set) };
         let weighed: Vec<f64> = sets.iter().map(weigh).collect();
+        let evidence = sets.iter().map(evidence).collect();
         let odds = probabilities(&weighed, if self.weight > 0.0 { SLOW_TEMPERATURE } else { TEMPERATURE });
         let own = sets.iter().zip(&odds).find(|(set, _)| set.is_same(accepted)).map_or(1.0, |(_, p)| *p);
         Field { sets, evidence, odds, own }
@@ -103,7 +105,7 @@ impl Judge<'_> {
 
     /// Evidence for a rival. Predictions alone separate a lag from a delay: a balance of forces sees both in
     /// friction at reversals, which it knows too roughly.
-    fn against(&self, accepted: &Scored, rival: &Scored) -> f64 {
+    fn evidence_for(&self, accepted: &Scored, rival: &Scored) -> f64 {
         let is_late = |beyond: Vec<(usize, &Candidate)>| match beyond[..] {
             [(_, cause)] => dossier(cause.definition.kind).is_late(),
             _ => false,
@@ -122,7 +124,7 @@ impl Judge<'_> {
     fn weighed(&self, accepted: &Scored, rival: &Scored) -> f64 {
         let parameters = |scored: &Scored| scored.fitted.model.effect_parameters();
         let more = if parameters(rival) > parameters(accepted) { PARSIMONY } else { 0.0 };
-        let weighed = self.against(accepted, rival) - more;
+        let weighed = self.evidence_for(accepted, rival) - more;
         if is_outer(accepted, rival) { weighed.min(self.all(accepted)) } else { weighed }
     }
 

@@ -4,7 +4,7 @@ use feeler_plant::description::{Actuator, Machine};
 use feeler_plant::effects::{Place, Trait};
 use indexmap::IndexMap;
 
-use crate::adequacy::{Adequacy, Criteria, Doubt, Sizes, as_good, as_good_but_small, assess, further};
+use crate::adequacy::{Adequacy, Criteria, Sizes, as_good, as_good_but_small, assess, further};
 use crate::answer::causes::{Field, look_alikes};
 use crate::answer::errors::{Errors, ROUGH};
 use crate::answer::next::next_experiment;
@@ -22,8 +22,8 @@ use crate::report::{Cause, Diagnosis, Gap, GapCell, Verdict, Where};
 
 /// Smallest probability of a cause that is reported without its rivals.
 const SURE: f64 = 0.9;
-/// Factor on all probabilities if an answer is not adequate, because the true cause may then be missing. Of 29
-/// such causes on four ordinary seeds 21 were right.
+/// Factor on all probabilities if an answer is not adequate, because the true cause may then be missing. Of
+/// 29 such causes on four ordinary seeds 21 were right.
 const INADEQUATE: f64 = 0.8;
 /// The same where a balance of forces counts. Of 180 such causes on three wild seeds 54 were right.
 const INADEQUATE_SLOW: f64 = 0.45;
@@ -37,9 +37,11 @@ const POINTED: f64 = 0.19;
 /// The same if the residual points clearly and no cause was found or left untried.
 const POINTED_ALONE: f64 = 0.7;
 /// Probability of the place of a drive if commands act late, as fitted, and nothing else is found. On three
-/// wild seeds a cause was hidden there in 9 of 10 such cases. At other doubtful values it was in 2 of 6, which
-/// is [`POINTED`].
+/// wild seeds a cause was hidden there in 9 of 10 such cases; Laplace's rule gives 10 of 12. At other
+/// doubtful values a cause was hidden in 2 of 6. Their probability is [`POINTED`].
 const SHIFTED: f64 = 0.8;
+/// Causes that make the error of short predictions this many times as large explain nothing.
+const WORSE: f64 = 1.1;
 /// Smallest number of places among look-alike causes at which the records do not determine the place.
 const PLACES_TO_TELL: usize = 3;
 /// Smallest ratio of variation to noise that a channel needs in its best experiment.
@@ -107,7 +109,7 @@ impl Judge<'_> {
 
     /// Whether causes make short predictions worse than calibration does, or remove little of a slight error.
     fn explains_nothing(&self, accepted: &Scored, gap: &Gap, adequacy: &Adequacy) -> bool {
-        let is_worse = gap.after > adequacy.criteria.most_worsening * gap.refit;
+        let is_worse = gap.after > WORSE * gap.refit;
         let removes_much = gap.refit > ROUGH * gap.floor && gap.closed >= adequacy.criteria.least_closed;
         let is_shown = || adequacy.is_replaced || self.is_play(accepted);
         !accepted.causes.is_empty() && (is_worse || adequacy.is_slight() && !removes_much) && !is_shown()
@@ -140,13 +142,8 @@ impl Judge<'_> {
         let near: Vec<&Scored> = alike(accepted, &field.sets, &field.evidence);
         let is_alone = field.own >= SURE && !adequacy.has_rival();
         let may_be_right = adequate || accepted.causes.is_empty() && adequacy.is_slight();
-        let verdict = match self.verdict(accepted, may_be_right, is_alone, &near) {
-            Verdict::NoGap if self.is_open(&adequacy) && gap.refit > ROUGH * gap.floor => {
-                Verdict::UnknownCause
-            }
-            Verdict::NoGap if !adequacy.doubts.is_empty() => Verdict::NotIdentifiable,
-            verdict => verdict,
-        };
+        let verdict = self.verdict(accepted, may_be_right, is_alone, &near);
+        let verdict = self.doubted(verdict, &mut adequacy, gap.refit > ROUGH * gap.floor);
         if adequacy.shortfalls.is_empty() {
             adequacy.add_rivals(unsure(verdict, field.own).into_iter().collect());
         }
@@ -266,6 +263,19 @@ impl Judge<'_> {
         }
     }
 
+    /// The verdict if no gap may also mean an untried cause, or one that a doubtful value took over.
+    fn doubted(&self, verdict: Verdict, adequacy: &mut Adequacy, is_rough: bool) -> Verdict {
+        let is_unknown = is_rough && self.is_open(adequacy);
+        if verdict != Verdict::NoGap || is_unknown {
+            adequacy.doubts.clear();
+        }
+        match verdict {
+            Verdict::NoGap if is_unknown => Verdict::UnknownCause,
+            Verdict::NoGap if adequacy.is_doubted() => Verdict::NotIdentifiable,
+            verdict => verdict,
+        }
+    }
+
     /// Whether the channels vary enough above their noise to draw conclusions. Either most channels do in
     /// their best experiment, or one channel does by far.
     fn is_excited(&self) -> bool {
@@ -366,8 +376,7 @@ impl Judge<'_> {
             let chance = chances.entry(pointer.place.name()).or_insert(0.0);
             *chance = chance.max(rest);
         }
-        let is_doubted = verdict == Verdict::NotIdentifiable && accepted.causes.is_empty();
-        let doubts: &[Doubt] = if is_doubted && self.is_excited() { &adequacy.doubts } else { &[] };
+        let doubts = &adequacy.doubts;
         for (doubt, place) in doubts.iter().filter_map(|doubt| Some((doubt, doubt.place?))) {
             let chance = chances.entry(place.name()).or_insert(0.0);
             *chance = chance.max(if doubt.is_timing { SHIFTED } else { POINTED });

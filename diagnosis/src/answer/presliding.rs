@@ -5,7 +5,7 @@ use feeler_plant::description::{Axis, Machine, Spring};
 use feeler_plant::effects::{EffectUse, Kind};
 
 use crate::adequacy::Adequacy;
-use crate::answer::causes::NINETY_PERCENT;
+use crate::answer::causes::{NINETY_PERCENT, OF_BLOCKS};
 use crate::answer::intervals::BESIDE_FRICTION;
 use crate::fit::scored::Scored;
 use crate::fit::search::finest;
@@ -58,7 +58,7 @@ impl Judge<'_> {
                 |effect: &EffectUse| effect.definition.kind == Kind::Presliding && effect.values == values;
             stated.effects.iter().find(|effect| is_it(effect))?;
             let [stiffness, damping_ratio] = [0, 1].map(|i| {
-                let by = (NINETY_PERCENT * sigma[i]).exp();
+                let by = (OF_BLOCKS * NINETY_PERCENT * sigma[i]).exp();
                 let unit = parameters[i].dimension.si_unit(machine.axis == Axis::Rotational).into_owned();
                 Estimate { value: values[i], ci90: [values[i] / by, values[i] * by], unit }
             });

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use feeler_files::{Experiment, ExperimentRole};
-use feeler_plant::description::{Engagement, Quantity};
+use feeler_plant::description::{ActuatorKind, Engagement, Quantity};
 use feeler_plant::names::nearest;
 
 use super::bridge::{FIRST_LOST, Lost, empty_cells};
-use super::data::{Channel, Dataset, FileRows, Record};
+use super::data::{Channel, Dataset, Driven, FileRows, Record};
 use super::fault::{Fault, FaultKind};
 use super::quantum::{Grain, grain, quantum};
 use super::regrid::{Between, far_from_rows, regrid};
@@ -26,6 +26,8 @@ const UNEVEN_SHARE: f64 = 0.01;
 /// rarely repeats a value.
 const CLIPPED_ROWS: usize = 8;
 const CLIPPED_RUN: usize = 3;
+/// A command that exceeds a limit by less than this share is at the limit: files round.
+const ROUNDED: f64 = 1e-3;
 /// Relative difference of spacings that counts as a fast or slow clock. Larger differences are other rates,
 /// smaller ones are rounding.
 const OTHER_CLOCK: std::ops::Range<f64> = 1e-3..0.1;
@@ -160,12 +162,28 @@ impl Reader<'_> {
                 note(Some(&driven.column), None, FaultKind::ShorterHold { every_s, hold_s });
             }
         }
+        for (driven, column) in self.dataset.drives.iter().zip(&columns) {
+            if let Some((row, kind)) = self.beyond_limit(driven, column) {
+                note(Some(&driven.column), Some(row + first_row), kind);
+            }
+        }
         let silent = self.column_faults(&names, &columns, &bridged, first_row, note)?;
         // The faults of the other columns are still reported.
         if !is_complete {
             return None;
         }
         Some(Series { times_s, rows, spacing_s, columns, bridged, silent })
+    }
+
+    /// The first row of a force command beyond the limit of its drive.
+    fn beyond_limit(&self, driven: &Driven, column: &[f64]) -> Option<(usize, FaultKind)> {
+        let drive = &self.dataset.machine.actuators[driven.drive];
+        let limit = drive.limit_n.filter(|_| matches!(drive.kind, ActuatorKind::Force { .. }))?;
+        let is_beyond = |u: &&f64| u.abs() > (1.0 + ROUNDED) * limit;
+        let first = column.iter().position(|u| is_beyond(&u))?;
+        let rows = column.iter().filter(is_beyond).count();
+        let largest = column.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+        Some((first, FaultKind::BeyondLimit { rows, largest, limit }))
     }
 
     /// Checks every column. Returns the channels that do not count; `None` if no channel measures the

@@ -59,6 +59,14 @@ pub enum FaultKind {
     },
     /// Rows are much farther apart than the hold time of commands.
     SlowRows { spacing_s: f64, hold_s: f64 },
+    /// A force command exceeds the limit of its drive.
+    BeyondLimit {
+        /// Number of such rows.
+        rows: usize,
+        /// Largest size of the command.
+        largest: f64,
+        limit: f64,
+    },
     /// A command changes much more often than its hold time allows.
     ShorterHold { every_s: f64, hold_s: f64 },
     /// Row spacing differs slightly from that of other experiments, as with a fast or slow clock.
@@ -264,6 +272,7 @@ impl Fault {
             | (FaultKind::ConstantCommand, FaultKind::ConstantCommand)
             | (FaultKind::SlowRows { .. }, FaultKind::SlowRows { .. })
             | (FaultKind::ShorterHold { .. }, FaultKind::ShorterHold { .. })
+            | (FaultKind::BeyondLimit { .. }, FaultKind::BeyondLimit { .. })
             | (FaultKind::WeakExcitation { .. }, FaultKind::WeakExcitation { .. })
             | (FaultKind::BelowNoise { .. }, FaultKind::BelowNoise { .. }) => true,
             (FaultKind::Quantised { step: a }, FaultKind::Quantised { step: b }) => {

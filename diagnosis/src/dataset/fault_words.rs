@@ -55,6 +55,7 @@ impl FaultKind {
                 let [every, hold] = [every_s, hold_s].map(|time_s| short(1e3 * time_s));
                 format!("changes every {every} ms on average, though it is held for {hold} ms")
             }
+            Self::BeyondLimit { rows, largest, limit } => beyond(*rows, *largest, *limit),
             Self::OtherSpacing { spacing_s, usual_s } => {
                 let [here, usual] = [spacing_s, usual_s].map(|spacing_s| short(1e3 * spacing_s));
                 format!("rows are {here} ms apart, in most experiments {usual} ms")
@@ -135,6 +136,10 @@ impl FaultKind {
                 "state the controller's period as `hold`, or remove `hold`; check the unit of time"
             }
             Self::SlowRows { .. } => "bring the time to seconds, or record every command",
+            Self::BeyondLimit { .. } => {
+                "the drive is taken to give no more than its limit; if it gave more, correct `limit` in the \
+                 machine file, or the unit of the column"
+            }
             Self::OtherSpacing { .. } => {
                 "taken as it is; if the recorder's rate was the same, correct its time stamps"
             }
@@ -192,4 +197,9 @@ fn off_clock(against: &Yardstick, late_s: f64) -> String {
 /// A number with about four significant digits.
 fn short(factor: f64) -> String {
     if (0.1..1e4).contains(&factor.abs()) { format!("{factor:.3}") } else { format!("{factor:.3e}") }
+}
+
+fn beyond(rows: usize, largest: f64, limit: f64) -> String {
+    let [largest, limit] = [largest, limit].map(short);
+    format!("{rows} rows exceed the limit of the drive, {limit}; the largest is {largest}")
 }

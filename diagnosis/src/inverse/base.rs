@@ -93,6 +93,8 @@ impl Base {
                 damping += link.damping;
             }
         }
+        let on_axis = assembly.weights.iter().filter(|weight| is_in(weight.on));
+        let pulls: Vec<Pull> = on_axis.filter_map(|weight| weight.course.pull()).collect();
         let mass: f64 = chain.iter().map(|node| assembly.nodes[*node].mass_kg).sum();
         let mut sides = vec![Side::Mass(mass)];
         if damping > 0.0 {
@@ -105,6 +107,9 @@ impl Base {
                 let definition = effect.definition;
                 let shown = dossier(definition.kind).balance;
                 if matches!(definition.place, Place::Drive | Place::Guide | Place::Transmission) {
+                    if dossier(definition.kind).needs_load && pulls.is_empty() {
+                        continue;
+                    }
                     let shown = shown.filter(|shown| matches!(shown.form, Form::Forces(_)))?;
                     let tolerance = if definition.has(Trait::DryFriction) { DAMPING } else { FRACTION };
                     sides.push(Side::Effect(site, definition.kind, shown, effect.values.clone(), tolerance));
@@ -118,8 +123,6 @@ impl Base {
             })
         };
         let position = (0..dataset.channels.len()).find(is_position)?;
-        let on_axis = assembly.weights.iter().filter(|weight| is_in(weight.on));
-        let pulls = on_axis.filter_map(|weight| weight.course.pull()).collect();
         (mass.is_finite() && mass > 0.0).then_some(Self { sides, pulls, position })
     }
 

@@ -266,7 +266,7 @@ impl Inverse {
     fn left(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> f64 {
         let rows = self.moving_fitted(&shaped.reversals);
         let (terms, target) = self.balance(&rows, shaped, smooth);
-        let left = |x: Vec<f64>| mean(&self.unraised(shaped, &rows, &residual(&terms, &x, &target)));
+        let left = |x: Vec<f64>| mean(&self.without_lag(shaped, &rows, &residual(&terms, &x, &target)));
         solve(&terms, &target).map_or(f64::INFINITY, left)
     }
 
@@ -302,7 +302,7 @@ impl Inverse {
             }
         }
         let coefficients = solve(&fitted.0, &fitted.1)?;
-        let squares = self.unraised(shaped, &rows[1], &residual(&checked.0, &coefficients, &checked.1));
+        let squares = self.without_lag(shaped, &rows[1], &residual(&checked.0, &coefficients, &checked.1));
         mean(&squares).is_finite().then_some(squares)
     }
 

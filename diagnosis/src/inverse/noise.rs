@@ -4,7 +4,7 @@
 use super::family::Family;
 use super::rows::Moving;
 use super::smooth::free;
-use super::solve::{mean, residual, solve};
+use super::solve::{mean, residual, solve, squared};
 use super::{Inverse, Shaped};
 
 /// Share that friction lacks of its level, between classes of rows from clear motion to reversals.
@@ -27,7 +27,7 @@ impl Inverse {
             terms.push(free(fitted.iter().flat_map(of).collect()));
         }
         let Some(found) = solve(&terms, &target) else { return };
-        let squares: Vec<f64> = residual(&terms, &found, &target).iter().map(|x| x * x).collect();
+        let squares = squared(&residual(&terms, &found, &target));
         let all: Vec<Vec<usize>> = fitted.iter().chain(&checked).map(classes).collect();
         let class: Vec<usize> = all[..fitted.len()].concat();
         let mut least = 0.0_f64;
@@ -47,25 +47,58 @@ impl Inverse {
             rows.weights = classes.iter().map(weights).collect();
         }
     }
-    /// Squares of a residual without what a lag adds to it. The balance adds the lag's time constant times
-    /// the rate of all forces that follow from the motion, and so of their errors too. It adds nothing to
-    /// the noise of the command. A delay adds nothing either, and would look better than every lag.
-    pub(super) fn unraised(&self, shaped: &Shaped<'_>, rows: &[Moving<'_>], residual: &[f64]) -> Vec<f64> {
-        let mut squares: Vec<f64> = residual.iter().map(|x| x * x).collect();
+
+    /// Squares of a residual, reduced by what a lag adds. The balance adds the lag's time constant times the
+    /// rate of all forces that follow from the motion, and so of their errors. It adds nothing to the noise
+    /// of the command. A delay adds nothing either, and would look better than every lag.
+    pub(super) fn without_lag(&self, shaped: &Shaped<'_>, rows: &[Moving<'_>], rest: &[f64]) -> Vec<f64> {
         let lag_s = shaped.lag_s();
+        let mut squares = squared(rest);
         if lag_s > 0.0 {
-            let (mut rates, mut from) = (0.0, 0);
+            let (mut errors, mut from) = (Vec::new(), 0);
             for rows in rows {
-                let own = &residual[from..from + rows.weights.len()];
+                let own = &rest[from..from + rows.weights.len()];
                 from += own.len();
-                let rate = |pair: &[f64]| ((pair[1] - pair[0]) / rows.kept_s()).powi(2);
-                rates += own.windows(2).map(rate).sum::<f64>();
+                errors.extend(lagged(own, lag_s / rows.kept_s()));
             }
-            let whole = squares.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-            let of_motion = 1.0 - (self.command_noise / mean(&squares)).min(1.0);
-            let raised = 1.0 + of_motion * lag_s * lag_s * rates / whole;
-            squares.iter_mut().for_each(|square| *square /= raised);
+            let whole = mean(&squares).max(f64::MIN_POSITIVE);
+            let of_motion = 1.0 - (self.command_noise / whole).min(1.0);
+            let reduced = 1.0 - of_motion * (1.0 - mean(&squared(&errors)) / whole).max(0.0);
+            for square in &mut squares {
+                *square *= reduced;
+            }
         }
         squares
+    }
+}
+
+/// The series that a lag of some rows turns into another one: its inverse, by backward differences.
+fn lagged(series: &[f64], rows: f64) -> Vec<f64> {
+    let mut last = series.first().copied().unwrap_or(0.0);
+    let mut next = |x: &f64| {
+        last = (x + rows * last) / (1.0 + rows);
+        last
+    };
+    series.iter().map(&mut next).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chance::Chance;
+
+    /// A residual is an error plus the lag times its rate. The error comes back, whatever the lag.
+    #[test]
+    fn truth_the_error_behind_a_lag_comes_back() {
+        let mut chance = Chance::seeded(3);
+        let error: Vec<f64> = (0..500).map(|_| chance.deviate()).collect();
+        for rows in [0.1, 1.0, 8.0] {
+            let rate = |k: usize| error[k] - error[k.saturating_sub(1)];
+            let rest: Vec<f64> = (0..error.len()).map(|k| error[k] + rows * rate(k)).collect();
+            for (found, error) in lagged(&rest, rows).iter().zip(&error) {
+                // Roundings, of a few hundred steps that shrink them.
+                assert!((found - error).abs() < 1e-12, "{rows}");
+            }
+        }
     }
 }

@@ -3,7 +3,7 @@
 use super::reversal::{Limits, Reversal, least, lowest};
 use super::rows::{Moving, Reversals, Rows};
 use super::smooth::free;
-use super::solve::{mean, residual, solve};
+use super::solve::{mean, residual, solve, squared};
 use super::{Inverse, ROWS_PER_INDEPENDENT};
 use crate::kinds::At;
 
@@ -89,7 +89,6 @@ impl Inverse {
             [.., level, damping] if level > 0.0 => damping / level,
             _ => 0.0,
         };
-        let left = residual(&terms, &found, &target).iter().map(|x| x * x).collect::<Vec<f64>>();
-        (mean(&left), lead_s)
+        (mean(&squared(&residual(&terms, &found, &target))), lead_s)
     }
 }

@@ -60,9 +60,9 @@ impl Inverse {
         Some(shaped)
     }
 
-    /// The reversal that leaves least with these shapes; a rough search tries those of the causes alone. A lag
-    /// or delay floats with the reversal. Bristles whose damping makes their force lead hide it, so that
-    /// neither would move far without the other.
+    /// The reversal that leaves least with these shapes; a rough search tries those of the causes alone. A
+    /// lag or delay floats with the reversal. Damping of bristles makes their force lead and hides a lag.
+    /// Neither moves far without the other.
     fn reversal_of(&self, shaped: &Shaped<'_>, is_fine: bool) -> Reversal {
         let is_floating = is_fine && shaped.is_late();
         let left = |reversal: Reversal| {

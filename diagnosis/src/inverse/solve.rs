@@ -39,10 +39,14 @@ pub(super) fn solve(terms: &[Term], target: &[f64]) -> Option<Vec<f64>> {
     Some(start.iter().zip(found.iter()).zip(&sizes).map(|((start, x), size)| start + x / size).collect())
 }
 
-/// What terms with these coefficients leave of the target.
+/// The rest of the target that terms with these coefficients leave.
 pub(super) fn residual(terms: &[Term], coefficients: &[f64], target: &[f64]) -> Vec<f64> {
     let made = sum(terms, coefficients, target.len());
     made.iter().zip(target).map(|(a, b)| a - b).collect()
+}
+
+pub(super) fn squared(values: &[f64]) -> Vec<f64> {
+    values.iter().map(|x| x * x).collect()
 }
 
 pub(super) fn mean(values: &[f64]) -> f64 {

@@ -65,11 +65,13 @@ fn pushed(at: At) -> f64 {
     side * (side * (at.position - at.shape)).max(0.0)
 }
 
-/// Trial positions, up to just before the ends of the stroke.
+/// Trial positions in ascending order, up to just before the ends of the stroke.
 fn positions(extent: &Extent) -> Vec<f64> {
     let share = |k: usize| 0.3 + 0.67 * k as f64 / (BALANCED - 1) as f64;
     let of = |end: f64| (0..BALANCED).map(move |k| extent.middle() + share(k) * (end - extent.middle()));
-    extent.ends.into_iter().flat_map(of).collect()
+    let mut positions: Vec<f64> = extent.ends.into_iter().flat_map(of).collect();
+    positions.sort_by(f64::total_cmp);
+    positions
 }
 
 /// Whether a stop is in fact a spring: it is soft, or much of the stroke lies beyond it.

@@ -288,6 +288,22 @@ mod tests {
         assert_eq!(apart(Kind::Backlash, Kind::AddedMass), None);
     }
 
+    /// A shape is refined between its neighbours in the grid.
+    #[test]
+    fn truth_trial_shapes_ascend() {
+        let extent = balance::Extent {
+            speed: 0.3,
+            ends: [-0.2, 0.5],
+            command: 20.0,
+            usual_command: 8.0,
+            resolved_s: 0.05,
+        };
+        let shown = LIBRARY.iter().filter_map(|one| dossier(one.kind).balance);
+        let grids: Vec<Vec<f64>> = shown.map(|shown| (shown.shapes)(&extent)).collect();
+        assert!(grids.iter().any(|grid| grid.len() > 1));
+        assert!(grids.iter().all(|grid| grid.is_sorted()), "{grids:?}");
+    }
+
     #[test]
     fn truth_a_sum_of_two_laws_is_split_and_merged_without_loss() {
         let sums: Vec<_> =

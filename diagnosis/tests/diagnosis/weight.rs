@@ -46,7 +46,7 @@ fn answered(effect: &str, torque: f64, [phase, offset]: [f64; 2]) -> Diagnosis {
     };
     let commands = [0.0, 0.7, 1.3, 2.1].map(|turn| (command(turn), turn > 1.0));
     let real = format!("{arm}[springs.guide.effects.{effect}\n");
-    diagnose(&recorded([&arm, &real], &commands, &[ENCODER_NOISE_RAD]), &|_| {}).unwrap()
+    diagnose(&recorded([&arm, &real], &commands, &[ENCODER_NOISE_RAD]), &|_| {}).expect("there is an answer")
 }
 
 fn kinds(answer: &Diagnosis) -> Vec<String> {

@@ -6,7 +6,7 @@ use feeler_plant::effects::Kind;
 use serde::Serialize;
 
 use super::adequacy;
-use super::words::{estimate, is_doubted, is_limited, is_only_early, is_slight, parameters, sentence};
+use super::words::{estimate, is_limited, is_only_early, is_slight, parameters, sentence};
 use crate::numbers::{percent, plain};
 
 /// Recommendations from the answer.
@@ -140,9 +140,9 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
         // Before the longer search nothing else is worth doing.
         Verdict::UnknownCause if diagnosis.adequacy.has_untried() => return table.into_iter().collect(),
         Verdict::Ambiguous if is_only_early(diagnosis) => return table.into_iter().collect(),
-        Verdict::NotIdentifiable if is_doubted(diagnosis) => {
-            "Use the calibrated values of machine.toml. Correct or state the value named below, and diagnose \
-             again: it then shows whether a cause is hidden."
+        Verdict::NotIdentifiable if diagnosis.adequacy.is_doubted() => {
+            "Use the calibrated values of machine.toml. State `hold` or correct the believed value, as named \
+             below, and diagnose again: it then shows whether a cause is hidden."
         }
         Verdict::Ambiguous if is_limited(diagnosis) => {
             "Correct the believed value named below, or state a wider tolerance, and diagnose again."

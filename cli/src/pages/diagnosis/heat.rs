@@ -198,10 +198,10 @@ fn value(cells: &[GapCell], channel: &str, column: &Column<'_>) -> Option<[f64; 
     (time > 0.0).then(|| [sum, floor].map(|sum| (sum / time).sqrt()))
 }
 
-/// A scale from white through blue to near black, which also works in grey.
+/// A scale from pale blue through blue to near black, which also works in grey.
 fn colour(share: f64) -> String {
     const STOPS: [[f64; 3]; 4] =
-        [[247.0, 251.0, 255.0], [158.0, 202.0, 225.0], [33.0, 113.0, 181.0], [8.0, 29.0, 70.0]];
+        [[222.0, 235.0, 247.0], [158.0, 202.0, 225.0], [33.0, 113.0, 181.0], [8.0, 29.0, 70.0]];
     let at = share * (STOPS.len() - 1) as f64;
     let i = (at.floor() as usize).min(STOPS.len() - 2);
     let mixed: Vec<u8> = (0..3)

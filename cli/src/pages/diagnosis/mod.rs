@@ -233,7 +233,7 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
     if is_found {
         page.picture(
             "Error with the effects found,",
-            &format!("in the same cells. Cells that are still dark are not explained. {noise}"),
+            &format!("in the same cells. Cells that are still deep blue are not explained. {noise}"),
             &heat::by_phase(&diagnosis.cells, |cell| cell.after, "after"),
         );
     }

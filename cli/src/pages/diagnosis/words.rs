@@ -1,6 +1,6 @@
 //! A diagnosis in plain words.
 
-use feeler_diagnosis::adequacy::{Condition, Shortfall};
+use feeler_diagnosis::adequacy::Condition;
 use feeler_diagnosis::report::{Attempt, AttemptOutcome, Cause, Diagnosis, Estimate, Verdict};
 
 use super::adequacy;
@@ -86,7 +86,7 @@ fn cause(diagnosis: &Diagnosis) -> String {
         Verdict::NoGap => {
             "there is no gap: calibration within the stated tolerances explains the records.".into()
         }
-        Verdict::NotIdentifiable if is_doubted(diagnosis) => format!(
+        Verdict::NotIdentifiable if diagnosis.adequacy.is_doubted() => format!(
             "calibration within the stated tolerances explains the records, but with a doubtful value: a \
              cause may be hidden{}.",
             diagnosis.places.first().map_or_else(String::new, |first| format!(" at the {}", first.place))
@@ -107,14 +107,6 @@ pub(super) fn is_limited(diagnosis: &Diagnosis) -> bool {
     !has_rival(diagnosis)
         && !shortfalls.is_empty()
         && shortfalls.iter().all(|shortfall| is_of_tolerance(shortfall.condition))
-}
-
-/// Whether calibration alone closes the gap, with a value at its limit.
-pub(super) fn is_doubted(diagnosis: &Diagnosis) -> bool {
-    let is_of_tolerance = |shortfall: &Shortfall| shortfall.condition == Condition::Tolerance;
-    diagnosis.verdict == Verdict::NotIdentifiable
-        && diagnosis.effects.is_empty()
-        && diagnosis.adequacy.shortfalls.iter().any(is_of_tolerance)
 }
 
 /// Whether causes were left untried, and none of those that were tried is a rival.

@@ -192,6 +192,26 @@ fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
     );
 }
 
+/// A drive gives no more than its limit, whatever the command says.
+#[test]
+fn truth_commands_beyond_the_limit_of_the_drive_are_told() {
+    let (limit_n, rows) = (20.0, sound());
+    let text = csv(&rows);
+    let folder = folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
+    let said = |limit_n: f64| {
+        let limited = MACHINE.replace("kind = \"force\"", &format!("kind = \"force\"\nlimit = {limit_n}"));
+        fs::write(folder.path().join("machine.toml"), limited).expect("it is written");
+        in_words(&Dataset::load(folder.path()).expect("it loads").warnings).join("\n")
+    };
+    let beyond = |k: &usize| rows[*k][1].abs() > limit_n;
+    let (first, count) = ((0..ROWS).find(beyond).expect("a row"), (0..ROWS).filter(beyond).count());
+    let told = said(limit_n);
+    // The header is row 1.
+    let place = format!("a.csv:{}: `command_n`: {count} rows exceed the limit of the drive, 20", first + 2);
+    assert!(told.starts_with(&place) && told.contains("as in another experiment"), "{told}");
+    assert_eq!(said(1e3), "");
+}
+
 /// A simulated record may have only rounding of its numbers as scatter.
 #[test]
 fn regress_rounding_is_not_reported_as_noise() {

@@ -56,8 +56,8 @@ stretches, a gear that binds over part of its turn.
 ## How it shows
 The missing force opposes the speed. Its size varies along the travel. With the same level everywhere it is
 `coulomb-friction`. A force that keeps its sign in both directions is a `force-table`. If the axis passes in
-one direction only, a `force-table` gives the same motion: drive over the stretch both ways. In contact,
-`load-friction` also changes the level.
+one direction only, a `force-table` gives the same motion: drive over the stretch both ways. In contact or
+under a weight, `load-friction` also changes the level.
 
 ## How it is recognised
 Plot the missing force against position, forward and backward: the two curves are equal and opposite. A

@@ -17,7 +17,7 @@ pub const BY_SYMPTOM: &str = "\
 | at large force | `force-limit`, `torque-speed-line`, `hardening-stiffness`, `hertz-contact` |
 | at the same places | `force-ripple`, `gravity`, `hard-stop`, `force-table`, `friction-table` |
 | in contact only | `contact-stiffness`, `contact-damping`, `hertz-contact`, `hunt-crossley-contact`, \
-`surface-offset`, `load-friction` |
+`surface-offset`; there or under a weight: `load-friction` |
 | by one mode more | `transmission-flexibility`, `base-flexibility`; in contact only: `workpiece-dynamics` |
 | over minutes | `thermal-derating` |
 | in the force reading of free motion | at rest: `force-bias`; under acceleration: `tool-inertia` |

@@ -95,9 +95,9 @@ impl Judge<'_> {
         sets.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
         // The same causes may have been fitted twice.
         let sets = distinct(sets);
-        let weigh = |set: &Scored| if is_equal(set) { evidence(set) } else { self.weighed(accepted, set) };
-        let weighed: Vec<f64> = sets.iter().map(weigh).collect();
-        let evidence = sets.iter().map(evidence).collect();
+        let evidence: Vec<f64> = sets.iter().map(evidence).collect();
+        let weighed: Vec<f64> =
+            sets.iter().zip(&evidence).map(|(set, own)| self.weighed(accepted, set, *own)).collect();
         let odds = probabilities(&weighed, if self.weight > 0.0 { SLOW_TEMPERATURE } else { TEMPERATURE });
         let own = sets.iter().zip(&odds).find(|(set, _)| set.is_same(accepted)).map_or(1.0, |(_, p)| *p);
         Field { sets, evidence, odds, own }
@@ -121,10 +121,10 @@ impl Judge<'_> {
     /// Evidence for a rival, with the same corrections as in the selection. A rival with more parameters than
     /// the accepted causes must improve the prediction more. A law that contains an accepted law always
     /// predicts slightly better, so its evidence is at most that of the accepted set.
-    fn weighed(&self, accepted: &Scored, rival: &Scored) -> f64 {
+    fn weighed(&self, accepted: &Scored, rival: &Scored, evidence: f64) -> f64 {
         let parameters = |scored: &Scored| scored.fitted.model.effect_parameters();
         let more = if parameters(rival) > parameters(accepted) { PARSIMONY } else { 0.0 };
-        let weighed = self.evidence_for(accepted, rival) - more;
+        let weighed = evidence - more;
         if is_outer(accepted, rival) { weighed.min(self.all(accepted)) } else { weighed }
     }
 
@@ -205,7 +205,8 @@ impl Judge<'_> {
         tried: &[Scored],
     ) -> Vec<Cause> {
         let is_near = |set: &&Scored| {
-            self.is_finding(set) && self.weighed(accepted, set) > self.all(accepted) - LOOK_ALIKE
+            let evidence = self.evidence_for(accepted, set);
+            self.is_finding(set) && self.weighed(accepted, set, evidence) > self.all(accepted) - LOOK_ALIKE
         };
         let near: Vec<&Scored> = tried.iter().filter(is_near).collect();
         let without_gain = self.without_gain(accepted);

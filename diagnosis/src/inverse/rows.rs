@@ -76,7 +76,7 @@ pub(super) struct Rows {
     /// Weights of the kept rows.
     pub(super) weights: Vec<f64>,
     /// See [`At::load`].
-    pub(super) load: Vec<f64>,
+    load: Vec<f64>,
     /// See [`At::middle`].
     pub(super) middle: f64,
     /// Time of the first row, s.

@@ -44,7 +44,7 @@ impl Inverse {
             if is_fine {
                 self.shape(&mut shaped, &grids);
             }
-            shaped.reversals = Arc::new(self.reversals(self.reversal_of(&shaped, is_fine)));
+            self.reverse(&mut shaped, is_fine);
         }
         self.shape(&mut shaped, &grids);
         if is_fine {
@@ -52,12 +52,17 @@ impl Inverse {
         }
         if is_dry && is_fine {
             if shaped.is_late() {
-                shaped.reversals = Arc::new(self.reversals(self.reversal_of(&shaped, true)));
+                self.reverse(&mut shaped, true);
                 self.sharpen(&mut shaped, &grids);
             }
             self.keep(&shaped);
         }
         Some(shaped)
+    }
+
+    fn reverse(&self, shaped: &mut Shaped<'_>, is_fine: bool) {
+        let reversal = self.reversal_of(shaped, is_fine);
+        shaped.reversals = Arc::new(self.reversals(reversal));
     }
 
     /// The reversal that leaves least with these shapes; a rough search tries those of the causes alone. A

@@ -27,7 +27,7 @@ pub use looped::Looped;
 pub(crate) use quantum::quantum;
 
 pub use fault::{Fault, FaultKind, Yardstick, in_words, problems};
-pub(crate) use scatter::{of_command as command_scatter, of_readings as scatter_of};
+pub(crate) use scatter::{noise_of_command, of_readings as scatter_of, rms};
 
 use std::path::Path;
 
@@ -175,14 +175,19 @@ impl Dataset {
             // The scatter includes rounding to a stated resolution, which is accounted for separately.
             let noise = (scatter.powi(2) - channel.resolution.powi(2) / 12.0).max(0.0).sqrt();
             self.channels[c].noise = noise;
-            let (file, column) = (self.name.clone(), Some(self.channels[c].column.clone()));
-            self.warnings.push(Fault {
-                file,
-                column,
-                row: None,
-                kind: FaultKind::NoiseNotStated { scatter },
-            });
+            self.warn_of_noise(self.channels[c].column.clone(), scatter);
         }
+        for d in 0..self.drives.len() {
+            let scatter = scatter::of_drive(&self.records, d);
+            if self.drives[d].noise.is_none() && scatter > 0.0 {
+                self.warn_of_noise(self.drives[d].column.clone(), scatter);
+            }
+        }
+    }
+
+    fn warn_of_noise(&mut self, column: String, scatter: f64) {
+        let kind = FaultKind::NoiseNotStated { scatter };
+        self.warnings.push(Fault { file: self.name.clone(), column: Some(column), row: None, kind });
     }
 
     /// If no experiment is set aside for scoring, sets aside about every third, so that every kind of

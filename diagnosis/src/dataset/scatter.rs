@@ -16,12 +16,34 @@ const GAIN: f64 = 12870.0;
 /// rows of an impact.
 const SIGMA_OVER_MEDIAN: f64 = 1.4826;
 
+/// White noise has the same scatter in every other row as in all rows. A command that holds its values has
+/// less scatter there: beyond this ratio it is not noise.
+const HELD: f64 = 1.25;
+/// A smooth command has far more scatter in every other row: up to 256 times more. Beyond this ratio the
+/// scatter is not noise. Below it a smooth part is at most some percent of the noise.
+const SMOOTH: f64 = 3.0;
+/// Scatter of more than this share of a command (root mean square) belongs to the command.
+const MOST_NOISE: f64 = 0.3;
+
 /// Largest relative deviation of the rows that a difference spans from their usual number.
 const UNEVEN: f64 = 0.05;
 
-/// Standard deviation of white noise in a command: the least of several orders. A low order sees less of the
-/// jumps that friction leaves in a command at every reversal, a high order less of the motion.
-pub(crate) fn of_command(command: &[f64]) -> f64 {
+/// Standard deviation of white noise in a command; zero if the scatter belongs to the command.
+pub(crate) fn noise_of_command(command: &[f64]) -> f64 {
+    let every_other: Vec<f64> = command.iter().step_by(2).copied().collect();
+    let [all, other] = [command, &every_other].map(of_command);
+    let is_noise = other < SMOOTH * all && all < HELD * other && all < MOST_NOISE * rms(command);
+    if is_noise { all } else { 0.0 }
+}
+
+/// Root mean square of a series.
+pub(crate) fn rms(series: &[f64]) -> f64 {
+    (series.iter().map(|u| u * u).sum::<f64>() / series.len().max(1) as f64).sqrt()
+}
+
+/// Scatter of a command as white noise: the least of several orders. A low order sees less of the jumps that
+/// friction leaves in a command at every reversal, a high order less of the motion.
+fn of_command(command: &[f64]) -> f64 {
     [(3, 20.0), (5, 252.0), (ORDER, GAIN)]
         .into_iter()
         .map(|(order, gain)| middle(sizes(command, order), gain))
@@ -58,9 +80,18 @@ fn middle(mut sizes: Vec<f64>, gain: f64) -> f64 {
 /// Standard deviation of white noise in a channel, from its readings in all experiments. It is the median
 /// over the experiments, so that neither a filtered experiment nor one with impacts decides.
 pub(super) fn of_channel(records: &[Record], channel: usize) -> f64 {
-    let mut found: Vec<f64> = records.iter().map(|record| of_readings(record, channel)).collect();
-    found.sort_by(f64::total_cmp);
-    found.get(found.len() / 2).copied().unwrap_or(0.0)
+    usual(records.iter().map(|record| of_readings(record, channel)))
+}
+
+/// Standard deviation of white noise in the commands of a drive: the median over the experiments.
+pub(super) fn of_drive(records: &[Record], drive: usize) -> f64 {
+    usual(records.iter().map(|record| noise_of_command(&record.commands[drive])))
+}
+
+fn usual(noises: impl Iterator<Item = f64>) -> f64 {
+    let mut noises: Vec<f64> = noises.collect();
+    noises.sort_by(f64::total_cmp);
+    noises.get(noises.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -102,6 +133,22 @@ mod tests {
             assert!((found / SIGMA - 1.0).abs() < 0.2, "{found}");
             assert!(of_command(&series) < 0.99 * found);
         }
+    }
+
+    #[test]
+    fn truth_noise_of_a_command_is_told_from_its_steps() {
+        let mut chance = Chance::default();
+        let noisy: Vec<f64> =
+            (0..4000).map(|k| (0.01 * f64::from(k)).sin() + 0.02 * chance.deviate()).collect();
+        // Neighbouring differences share rows, so that 4000 of them give the median to about four percent.
+        assert!((noise_of_command(&noisy) / 0.02 - 1.0).abs() < 0.1);
+        let held: Vec<f64> = (0..4000).map(|k| (0.9 * f64::from(k / 2)).sin()).collect();
+        assert!(noise_of_command(&held) == 0.0, "{}", noise_of_command(&held));
+        let clean: Vec<f64> = (0..4000).map(|k| (0.3 * f64::from(k)).sin()).collect();
+        assert!(noise_of_command(&clean) < 1e-3);
+        // A command may itself be as rough as noise.
+        let asked: Vec<f64> = (0..4000).map(|_| chance.deviate()).collect();
+        assert!(noise_of_command(&asked) == 0.0);
     }
 
     #[test]

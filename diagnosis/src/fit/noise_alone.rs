@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use crate::budget::Stage;
 use crate::chance::Chance;
+use crate::dataset::rms;
 use crate::fit::least_squares::{Fitted, Task};
-use crate::fit::wander::rms;
 use crate::predict::{Anchoring, Predictor, Start, in_steps};
 
 /// Largest error of a free prediction that still moves like the record, as a share of the signal (root mean

@@ -4,34 +4,12 @@ use feeler_plant::assembly::assemble;
 use feeler_plant::description::ActuatorKind;
 
 use crate::chance::Chance;
-use crate::dataset::{Dataset, Record, command_scatter};
-
-/// White noise has the same scatter in every other row as in all rows. A command that holds its values has
-/// less scatter there: beyond this ratio it is not noise.
-const HELD: f64 = 1.25;
-/// A smooth command has far more scatter in every other row: up to 256 times more. Beyond this ratio the
-/// scatter is not noise. Below it a smooth part is at most some percent of the noise.
-const SMOOTH: f64 = 3.0;
-/// Scatter of more than this share of a command (root mean square) belongs to the command.
-const MOST_NOISE: f64 = 0.3;
+use crate::dataset::{Dataset, Record, noise_of_command, rms};
 
 /// Standard deviation of white noise in a command of the first drive: as stated, or else from its scatter.
 pub(crate) fn command_noise(dataset: &Dataset, command: &[f64]) -> f64 {
     let stated = dataset.drives.first().and_then(|driven| driven.noise);
-    stated.unwrap_or_else(|| scattered_noise(command))
-}
-
-/// Standard deviation of white noise in a command; zero if the scatter belongs to the command.
-fn scattered_noise(command: &[f64]) -> f64 {
-    let every_other: Vec<f64> = command.iter().step_by(2).copied().collect();
-    let [all, other] = [command, &every_other].map(command_scatter);
-    let is_noise = other < SMOOTH * all && all < HELD * other && all < MOST_NOISE * rms(command);
-    if is_noise { all } else { 0.0 }
-}
-
-/// Root mean square of a series.
-pub(super) fn rms(series: &[f64]) -> f64 {
-    (series.iter().map(|u| u * u).sum::<f64>() / series.len().max(1) as f64).sqrt()
+    stated.unwrap_or_else(|| noise_of_command(command))
 }
 
 /// Standard deviation of white noise in the first command of a record, if that is a force.
@@ -73,25 +51,4 @@ pub(crate) fn wander(dataset: &Dataset, record: usize, omega: f64) -> f64 {
 /// measured one.
 pub(crate) fn commanded_acceleration(dataset: &Dataset, record: usize) -> f64 {
     pushed(dataset, record).map_or(0.0, |(mass, command)| rms(command) / mass)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn truth_noise_of_a_command_is_told_from_its_steps() {
-        let mut chance = Chance::default();
-        let noisy: Vec<f64> =
-            (0..4000).map(|k| (0.01 * f64::from(k)).sin() + 0.02 * chance.deviate()).collect();
-        // Neighbouring differences share rows, so that 4000 of them give the median to about four percent.
-        assert!((scattered_noise(&noisy) / 0.02 - 1.0).abs() < 0.1);
-        let held: Vec<f64> = (0..4000).map(|k| (0.9 * f64::from(k / 2)).sin()).collect();
-        assert!(scattered_noise(&held) == 0.0, "{}", scattered_noise(&held));
-        let clean: Vec<f64> = (0..4000).map(|k| (0.3 * f64::from(k)).sin()).collect();
-        assert!(scattered_noise(&clean) < 1e-3);
-        // A command may itself be as rough as noise.
-        let asked: Vec<f64> = (0..4000).map(|_| chance.deviate()).collect();
-        assert!(scattered_noise(&asked) == 0.0);
-    }
 }

@@ -27,7 +27,7 @@ pub(crate) use family::Family;
 pub(crate) use reversal::Reversal;
 pub(crate) use smooth::Smooth;
 
-use crate::dataset::{Channel, Dataset, Record};
+use crate::dataset::{Channel, Dataset, Record, rms};
 use crate::fit::candidates::Candidate;
 use crate::fit::wander::command_noise;
 use crate::kinds::{Extent, Form, Shown, dossier};
@@ -279,7 +279,7 @@ impl Inverse {
     /// Root mean square of the drive force on the check experiments.
     fn drive_force(&self) -> f64 {
         let all: Vec<f64> = self.checked.iter().flat_map(|rows| rows.thin(&rows.smooth)).collect();
-        rows::rms(&all).max(f64::MIN_POSITIVE)
+        rms(&all).max(f64::MIN_POSITIVE)
     }
 
     /// Weighed square residuals on the check experiments of causes fitted on the others. A smooth force is

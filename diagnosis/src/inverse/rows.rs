@@ -6,6 +6,7 @@ use std::ops::Deref;
 use std::sync::Mutex;
 
 use super::reversal::Reversal;
+use crate::dataset::rms;
 use crate::filter;
 use crate::kinds::{At, Extent};
 use crate::predict::MOST_LATE_ROWS;
@@ -330,10 +331,6 @@ fn half_a_row_later(commands: &[f64]) -> Vec<f64> {
     let at = |k: usize| commands[k.saturating_sub(2).min(last)];
     let mean = |k: usize| (9.0 * (at(k + 1) + at(k + 2)) - at(k) - at(k + 3)) / 16.0;
     (0..commands.len()).map(mean).collect()
-}
-
-pub(super) fn rms(series: &[f64]) -> f64 {
-    (series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64).sqrt()
 }
 
 /// Mean square that is left of white noise of unit deviation in rows of a command.

@@ -41,7 +41,11 @@ impl Reader<'_> {
         let dim = self.scope.dim(Unit::Signal);
         match units::parse(&format!("1 {}", node.as_text()?), dim, self.scope.rotational) {
             Ok(value) => Some(value),
-            Err(error) => self.wrong_unit(node, error, dim, path),
+            Err(error) => {
+                let wrong = WrongUnit(WrongQuantity { error, dim, rotational: self.scope.rotational });
+                self.problems.add_error(&node.origin, path, &wrong);
+                None
+            }
         }
     }
 
@@ -250,6 +254,22 @@ impl Remedy for WrongQuantity {
             }
             _ if unit.is_empty() => "write a number".into(),
             _ => format!("write a number in {unit}, or a text such as \"1 {unit}\"").into(),
+        }
+    }
+}
+
+/// A text that is not a unit with the key's dimension.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+struct WrongUnit(WrongQuantity);
+
+impl Remedy for WrongUnit {
+    fn remedy(&self) -> Cow<'_, str> {
+        let unit = self.0.dim.si_unit(self.0.rotational);
+        match &self.0.error {
+            UnitError::UnknownUnit { nearest: Some(_), .. } => self.0.remedy(),
+            _ if unit.is_empty() => "remove it: these numbers have no unit".into(),
+            _ => format!("write the unit alone, such as \"{unit}\"").into(),
         }
     }
 }

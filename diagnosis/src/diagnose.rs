@@ -453,6 +453,35 @@ mod tests {
         }
     }
 
+    /// While a drive pushes the way it moves, a dead band is the same force as dry friction. Believed friction
+    /// may be half as large, so it hides a dead band of a tenth of the command. Friction of less than that
+    /// hides none, nor does any where the drive brakes a heavy axis.
+    #[test]
+    fn truth_a_dead_band_that_friction_may_hide_leaves_the_answer_unsure() {
+        let light = BELIEVED.replace("mass = 2.0", "mass = 0.02");
+        let cases = [
+            (light.as_str(), 3.0, 4e-4, Verdict::NotIdentifiable),
+            (light.as_str(), 0.3, 4e-4, Verdict::NoGap),
+            (BELIEVED, 3.0, 4e-5, Verdict::NoGap),
+        ];
+        for (axis, level, noise, verdict) in cases {
+            let believed = format!("{axis}[springs.guide.effects.coulomb-friction]\nlevel = {level:.1}\n");
+            let mut dataset = of_real(&believed, &believed, 8.0);
+            dataset.channels[0].noise = noise;
+            let mut chance = Chance::default();
+            for x in dataset.records.iter_mut().flat_map(|record| record.series.iter_mut().flatten()) {
+                *x += noise * chance.normal();
+            }
+            let answer = diagnose(&dataset, &|_| {}).unwrap();
+            let told = (answer.verdict, &answer.adequacy.shortfalls);
+            assert_eq!(answer.verdict, verdict, "{told:?}");
+            assert!(answer.effects.is_empty(), "{told:?}");
+            let is_told =
+                answer.adequacy.shortfalls.iter().any(|short| short.what.contains("drive-deadband"));
+            assert_eq!(is_told, verdict == Verdict::NotIdentifiable, "{told:?}");
+        }
+    }
+
     /// A single cause is dropped only if it may be absent and removes little of the error.
     #[test]
     fn truth_a_single_cause_is_dropped_if_it_may_be_absent_and_removes_less_than_half() {

@@ -147,7 +147,7 @@ fn apply(dataset: &Path, answer: &Examination) -> crate::Result<String> {
     let text = Document::load(&path)?.edited(&repaired::edits(answer))?;
     let backup = terminal::rewrite(&path, &text).map_err(|error| BadInput::unwritable(&path, &error))?;
     let mut said = format!("changed {}; the old file is {}", path.display(), backup.display());
-    if answer.diagnosis.adequacy.is_doubted() {
+    if answer.diagnosis.adequacy.has_doubtful_value() {
         said.push_str("; a doubtful value is among the changes, see above");
     } else if matches!(answer.diagnosis.verdict, Verdict::Ambiguous | Verdict::NotIdentifiable) {
         said.push_str("; other changes would fit these records as well, see above");

@@ -1,6 +1,7 @@
 //! Checks an answer against all conditions.
 
 use super::criteria::Criteria;
+use super::tolerance::Doubted;
 use super::{
     Adequacy, Condition, Shortfall, ahead, balance, held, horizons, plausible, residual, rivals, tolerance,
 };
@@ -106,7 +107,7 @@ pub(crate) fn assess(
         drive_force_n: residual.drive_force_n,
         residual: residual.traces,
         shortfalls,
-        doubts: doubts.into_iter().filter(|doubt| !doubt.is_early).collect(),
+        doubts: doubts.into_iter().filter(|doubt| doubt.about != Doubted::Early).collect(),
         smooth: smooth.map(|smooth| smooth.family.place()),
         is_replaced,
         is_balanced,

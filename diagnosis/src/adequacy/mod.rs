@@ -22,7 +22,7 @@ pub use criteria::Criteria;
 pub use horizons::Horizon;
 pub use residual::ResidualTrace;
 pub(crate) use rivals::as_good_but_small;
-use tolerance::Doubt;
+pub(crate) use tolerance::{Doubt, Doubted};
 
 use feeler_plant::effects::Place;
 use serde::Serialize;
@@ -89,7 +89,8 @@ pub struct Adequacy {
     pub residual: Vec<ResidualTrace>,
     /// Reasons why the answer is not called explained; empty if all conditions hold.
     pub shortfalls: Vec<Shortfall>,
-    /// The values that something else may have moved, if calibration alone closes the gap with them.
+    /// The causes that may be hidden, and the values that they may have moved, if calibration alone closes the
+    /// gap.
     #[serde(skip)]
     pub(crate) doubts: Vec<Doubt>,
     /// Place of a smooth force that no cause makes, if that force improves the balance clearly.
@@ -126,9 +127,14 @@ impl Adequacy {
         self.shortfalls.iter().any(|shortfall| shortfall.condition == condition)
     }
 
-    /// Whether calibration alone closes the gap, but with a doubtful value.
+    /// Whether calibration alone closes the gap, but a cause may be hidden.
     pub fn is_doubted(&self) -> bool {
         !self.doubts.is_empty()
+    }
+
+    /// Whether calibration alone closes the gap, but with a doubtful value.
+    pub fn has_doubtful_value(&self) -> bool {
+        self.doubts.iter().any(|doubt| doubt.about != Doubted::Cause)
     }
 
     /// The condition that the check records are too short to test, in words.
@@ -169,6 +175,12 @@ impl Adequacy {
     /// Adds a remaining error.
     pub(crate) fn add_left(&mut self, what: String) {
         self.shortfalls.push(Shortfall { condition: Condition::Left, what });
+    }
+
+    /// Adds causes that calibration may hide.
+    pub(crate) fn add_hidden(&mut self, hidden: Vec<Doubt>) {
+        self.add_rivals(hidden.iter().map(|doubt| doubt.what.clone()).collect());
+        self.doubts.extend(hidden);
     }
 
     /// Adds other causes that may be present.

@@ -13,15 +13,25 @@ use crate::kinds::{SURELY_LATE_ROWS, dossier};
 /// between rows or holds each value, and both act early. A later command may be a short lag.
 const UNDOUBTED_ROWS: f64 = 0.2;
 
-/// A value that something else may have moved.
+/// What a doubt is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Doubted {
+    /// A believed value, or presliding.
+    Value,
+    /// Commands that act before they are given. No cause makes them.
+    Early,
+    /// Commands that act late.
+    Late,
+    /// A cause that the records neither show nor exclude.
+    Cause,
+}
+
+/// A cause that may be hidden, or a value that it may have moved.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Doubt {
     /// Place of that value; `None` if it may be at several.
     pub(crate) place: Option<Place>,
-    /// Whether the value is the instant at which commands act.
-    pub(crate) is_timing: bool,
-    /// Whether commands act before they are given. No cause makes them.
-    pub(super) is_early: bool,
+    pub(crate) about: Doubted,
     /// The doubt in words.
     pub(crate) what: String,
 }
@@ -44,14 +54,14 @@ pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<Doubt> {
              wider tolerance, or correct the believed value)"
         );
         let place = all.iter().find(|cause| cause.site == site).map(|cause| cause.place);
-        Doubt { place, is_timing: false, is_early: false, what }
+        Doubt { place, about: Doubted::Value, what }
     };
     let values = model.at_limits(theta).into_iter().map(value);
     let rows = model.leeway(theta).late_rows;
     let is_doubtful = model.is_timing_at_limit(theta) || rows > UNDOUBTED_ROWS;
     let column = dataset.first_sampled().filter(|_| is_doubtful);
-    let is_early = rows < 0.0;
-    let timing = |what: String| Doubt { place: Some(Place::Drive), is_timing: true, is_early, what };
+    let about = if rows < 0.0 { Doubted::Early } else { Doubted::Late };
+    let timing = |what: String| Doubt { place: Some(Place::Drive), about, what };
     let shifted = column.map(|column| {
         format!(
             "commands of `{column}` act {rows:+.2} rows late, as fitted: something else may shift them, such \
@@ -61,7 +71,7 @@ pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<Doubt> {
     let soft = model.is_presliding_softest(theta).then(|| {
         let what =
             "before it slides, a guide yields as softly as fits allow: something else may give way there";
-        Doubt { place: None, is_timing: false, is_early: false, what: what.into() }
+        Doubt { place: None, about: Doubted::Value, what: what.into() }
     });
     let commands = shifted.into_iter().chain(in_all(dataset, accepted)).map(timing);
     values.chain(commands).chain(soft).collect()

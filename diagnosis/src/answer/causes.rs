@@ -1,7 +1,7 @@
 //! The causes of an answer: how probable each is, its values, and which causes look alike.
 
-use feeler_plant::description::ElementKind;
-use feeler_plant::effects::{Kind, LIBRARY, Scale};
+use feeler_plant::description::{Axis, ElementKind};
+use feeler_plant::effects::{Kind, LIBRARY, Parameter, Scale};
 use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
@@ -270,19 +270,24 @@ impl Judge<'_> {
         by.is_finite().then(|| scale.moved(model, theta, by))
     }
 
+    /// Unit of a parameter of a cause.
+    pub(super) fn unit_of(&self, cause: &Candidate, parameter: &Parameter) -> String {
+        let machine = &self.dataset.machine;
+        let drive = (cause.site.table == ElementKind::Actuators).then_some(cause.site.index);
+        let drive = drive.and_then(|i| machine.actuators.get_index(i));
+        let command = drive.map_or(Dimension::FORCE, |(_, actuator)| actuator.kind.command());
+        let dimension = cause.definition.dimension_of(parameter, command);
+        dimension.si_unit(machine.axis == Axis::Rotational).into_owned()
+    }
+
     /// A cause of a fitted set with its values and their intervals.
     fn cause(&self, scored: &Scored, i: usize, sigma: &[f64], probability: f64) -> Cause {
         let candidate = scored.causes[i];
-        let rotational = self.dataset.machine.axis == feeler_plant::description::Axis::Rotational;
-        let drive = (candidate.site.table == ElementKind::Actuators).then_some(candidate.site.index);
-        let drive = drive.and_then(|i| self.dataset.machine.actuators.get_index(i));
-        let command = drive.map_or(Dimension::FORCE, |(_, actuator)| actuator.kind.command());
         let mut parameters = IndexMap::new();
         for (k, parameter) in candidate.definition.parameters.iter().enumerate() {
             let (value, half) = self.interval(scored, i, k, sigma);
             let half = half * OF_BLOCKS;
-            let dimension = candidate.definition.dimension_of(parameter, command);
-            let unit = dimension.si_unit(rotational).into_owned();
+            let unit = self.unit_of(&candidate, parameter);
             let ci90 = intervals::within(parameter, value, half);
             parameters.insert(parameter.name, Estimate { value, ci90, unit });
         }

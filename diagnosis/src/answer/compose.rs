@@ -4,7 +4,7 @@ use feeler_plant::description::{Actuator, Machine};
 use feeler_plant::effects::{Place, Trait};
 use indexmap::IndexMap;
 
-use crate::adequacy::{Adequacy, Criteria, Sizes, as_good, as_good_but_small, assess, further};
+use crate::adequacy::{Adequacy, Criteria, Doubted, Sizes, as_good, as_good_but_small, assess, further};
 use crate::answer::causes::{Field, look_alikes};
 use crate::answer::errors::{Errors, ROUGH};
 use crate::answer::next::next_experiment;
@@ -40,6 +40,9 @@ const POINTED_ALONE: f64 = 0.7;
 /// wild seeds a cause was hidden there in 9 of 10 such cases; Laplace's rule gives 10 of 12. At other
 /// doubtful values a cause was hidden in 2 of 6. Their probability is [`POINTED`].
 const SHIFTED: f64 = 0.8;
+/// Probability of the place of a cause that calibration may hide. On three wild seeds a cause was hidden
+/// there in 9 of 18 cases.
+const HIDDEN: f64 = 0.5;
 /// Causes that make the error of short predictions this many times as large explain nothing.
 const WORSE: f64 = 1.1;
 /// Smallest number of places among look-alike causes at which the records do not determine the place.
@@ -143,6 +146,9 @@ impl Judge<'_> {
         let is_alone = field.own >= SURE && !adequacy.has_rival();
         let may_be_right = adequate || accepted.causes.is_empty() && adequacy.is_slight();
         let verdict = self.verdict(accepted, may_be_right, is_alone, &near);
+        if verdict == Verdict::NoGap {
+            adequacy.add_hidden(self.hidden(attempts));
+        }
         let verdict = self.doubted(verdict, &mut adequacy, gap.refit > ROUGH * gap.floor);
         if adequacy.shortfalls.is_empty() {
             adequacy.add_rivals(unsure(verdict, field.own).into_iter().collect());
@@ -379,7 +385,11 @@ impl Judge<'_> {
         let doubts = &adequacy.doubts;
         for (doubt, place) in doubts.iter().filter_map(|doubt| Some((doubt, doubt.place?))) {
             let chance = chances.entry(place.name()).or_insert(0.0);
-            *chance = chance.max(if doubt.is_timing { SHIFTED } else { POINTED });
+            *chance = chance.max(match doubt.about {
+                Doubted::Value | Doubted::Early => POINTED,
+                Doubted::Late => SHIFTED,
+                Doubted::Cause => HIDDEN,
+            });
         }
         let whole = (
             [0.0, 0.5 / self.dataset.records[0].spacing_s],

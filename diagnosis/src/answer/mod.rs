@@ -5,6 +5,7 @@ mod causes;
 pub(crate) mod compose;
 pub mod difference;
 mod errors;
+mod hidden;
 mod intervals;
 pub(crate) mod next;
 mod presliding;

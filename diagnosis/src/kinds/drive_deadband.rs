@@ -5,6 +5,9 @@ use feeler_plant::effects::DriveDeadband;
 use super::start::levels;
 use super::{Balance, Element, Form, Glance, Known};
 
+/// Share of the largest command that is the smallest width of note.
+const OF_NOTE: f64 = 0.1;
+
 impl Known for DriveDeadband {
     const BALANCE: Option<Balance<Self>> = Some(Balance::shaped(
         Form::Deadband,
@@ -15,5 +18,10 @@ impl Known for DriveDeadband {
 
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {
         levels(glance.asked).map(|width| Self { width }).to_vec()
+    }
+
+    /// While the drive pushes the way it moves, dry friction is larger by the width.
+    fn behind_calibration(glance: &Glance) -> Option<(Self, &'static str)> {
+        Some((Self { width: OF_NOTE * glance.asked }, "faster motion, in which the drive brakes"))
     }
 }

@@ -69,6 +69,12 @@ pub(crate) trait Known: Parameters + 'static {
         false
     }
 
+    /// The smallest effect of note whose place a believed value may take within its tolerance, and a record
+    /// that tells the two apart. `None` if calibration cannot hide the kind.
+    fn behind_calibration(_: &Glance) -> Option<(Self, &'static str)> {
+        None
+    }
+
     /// Relative standard deviation of each value beyond that from residuals; `None` if the law is exact.
     ///
     /// No law of the library describes real presliding friction, or exactly how friction falls with speed.
@@ -141,6 +147,7 @@ pub(crate) struct Dossier {
     pub(crate) adds_to: Option<Key>,
     pub(crate) starts: fn(&Element<'_>, &Glance) -> Vec<Vec<f64>>,
     pub(crate) is_trivial: fn(&[f64], &Element<'_>, Seen) -> bool,
+    pub(crate) behind_calibration: fn(&Glance) -> Option<(Vec<f64>, &'static str)>,
     pub(crate) fractions_off: fn() -> Option<Vec<f64>>,
     pub(crate) force_over_position: fn(&[f64]) -> Option<f64>,
     pub(crate) table_over: Option<Over>,
@@ -198,6 +205,9 @@ impl Dossier {
             adds_to: K::ADDS_TO,
             starts: |element, glance| K::starts(element, glance).into_iter().map(K::values).collect(),
             is_trivial: |values, element, seen| K::of(values).is_trivial(element, seen),
+            behind_calibration: |glance| {
+                K::behind_calibration(glance).map(|(least, record)| (least.values(), record))
+            },
             fractions_off: || K::fractions_off().map(K::values),
             force_over_position: |values| K::of(values).force_over_position(),
             table_over: K::TABLE_OVER,

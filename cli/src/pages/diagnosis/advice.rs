@@ -140,9 +140,13 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
         // Before the longer search nothing else is worth doing.
         Verdict::UnknownCause if diagnosis.adequacy.has_untried() => return table.into_iter().collect(),
         Verdict::Ambiguous if is_only_early(diagnosis) => return table.into_iter().collect(),
-        Verdict::NotIdentifiable if diagnosis.adequacy.is_doubted() => {
+        Verdict::NotIdentifiable if diagnosis.adequacy.has_doubtful_value() => {
             "Use the calibrated values of machine.toml. State `hold` or correct the believed value, as named \
              below, and diagnose again: it then shows whether a cause is hidden."
+        }
+        Verdict::NotIdentifiable if diagnosis.adequacy.is_doubted() => {
+            "Use the calibrated values of machine.toml. Record or state what is named below, and diagnose \
+             again: it then shows whether a cause is hidden."
         }
         Verdict::Ambiguous if is_limited(diagnosis) => {
             "Correct the believed value named below, or state a wider tolerance, and diagnose again."

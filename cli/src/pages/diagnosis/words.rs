@@ -87,8 +87,8 @@ fn cause(diagnosis: &Diagnosis) -> String {
             "there is no gap: calibration within the stated tolerances explains the records.".into()
         }
         Verdict::NotIdentifiable if diagnosis.adequacy.is_doubted() => format!(
-            "calibration within the stated tolerances explains the records, but with a doubtful value: a \
-             cause may be hidden{}.",
+            "calibration within the stated tolerances explains the records, but {}a cause may be hidden{}.",
+            if diagnosis.adequacy.has_doubtful_value() { "with a doubtful value: " } else { "" },
             diagnosis.places.first().map_or_else(String::new, |first| format!(" at the {}", first.place))
         ),
         Verdict::NotIdentifiable if found.is_empty() => {

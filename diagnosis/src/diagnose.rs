@@ -453,9 +453,9 @@ mod tests {
         }
     }
 
-    /// While a drive pushes the way it moves, a dead band is the same force as dry friction. Believed friction
-    /// may be half as large, so it hides a dead band of a tenth of the command. Friction of less than that
-    /// hides none, nor does any where the drive brakes a heavy axis.
+    /// While a drive pushes the way it moves, a dead band acts like dry friction. Believed friction may be
+    /// half as large, so it hides a dead band of a tenth of the command. Friction of less than that hides
+    /// none, nor does any where the drive brakes a heavy axis.
     #[test]
     fn truth_a_dead_band_that_friction_may_hide_leaves_the_answer_unsure() {
         let light = BELIEVED.replace("mass = 2.0", "mass = 0.02");
@@ -479,6 +479,37 @@ mod tests {
             let is_told =
                 answer.adequacy.shortfalls.iter().any(|short| short.what.contains("drive-deadband"));
             assert_eq!(is_told, verdict == Verdict::NotIdentifiable, "{told:?}");
+        }
+    }
+
+    /// A cause with too little evidence to be accepted leaves a doubt at its place; one without evidence leaves
+    /// none.
+    #[test]
+    fn truth_a_cause_that_nearly_explains_more_leaves_the_answer_unsure() {
+        let dataset = loaded();
+        let found = search(&dataset, Budget::unlimited(), &|_| {}, |_, _| true).unwrap();
+        let judge = Judge::new(&dataset, &found);
+        let is_load = |scored: &&Scored| scored.causes[0].definition.kind == Kind::ConstantLoad;
+        let single = found.singles.iter().find(is_load).unwrap();
+        for (times, may_be_hidden) in [(1.0, false), (0.7, true), (1e-3, false)] {
+            let mut tried = Scored { misfits: found.calibrated.misfits.clone(), ..single.clone() };
+            tried.misfits.iter_mut().flatten().for_each(|misfit| *misfit *= times);
+            // The balance of forces does not count here.
+            tried.balanced = None;
+            let [check, all] = [judge.check(&found.calibrated, &tried), judge.all(&tried)];
+            assert_eq!(judge.is_acceptable(&tried), times < 0.5, "{check} {all}");
+            let attempts = Attempts {
+                fitted: vec![tried],
+                screened: Vec::new(),
+                silent: Vec::new(),
+                untried: Vec::new(),
+                unfinished: Vec::new(),
+                is_cut: false,
+            };
+            let told: Vec<String> = judge.hidden(&attempts).into_iter().map(|doubt| doubt.what).collect();
+            let is_told =
+                told.iter().any(|what| what.starts_with("constant-load at the guide would explain"));
+            assert_eq!(is_told, may_be_hidden, "{check} {all} {told:?}");
         }
     }
 

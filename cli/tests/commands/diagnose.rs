@@ -53,7 +53,7 @@ pub(crate) fn records() -> Bench {
             "{AXIS}[springs.guide.effects.coulomb-friction]\nlevel = {LEVEL_N}\n\
              [controllers.excitation]\nlaw = \"open-loop\"\ndrives = \"drive\"\nperiod = \"1 ms\"\n\
              reference = {{ kind = \"multisine\", rms = {level}, band = [1, 60], period = \"1 s\" }}\n\
-             [run]\nduration = \"1.2 s\"\nrecord_rate = \"1 kHz\"\nseed = {i}\n\
+             [run]\nduration = \"1.6 s\"\nrecord_rate = \"1 kHz\"\nseed = {i}\n\
              record = [\"drive.command\", \"encoder.reading\", \"accelerometer.reading\"]\n"
         );
         bench.write("real.toml", &scenario);

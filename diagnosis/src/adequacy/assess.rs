@@ -85,6 +85,7 @@ pub(crate) fn assess(
         let free_run = horizons.iter().find(|horizon| horizon.seconds.is_none());
         let strayed = held::strayed(task.dataset, free_run.and_then(|horizon| horizon.after));
         short(Condition::Horizons, strayed.into_iter().collect());
+        short(Condition::Rivals, residual::untested(&residual.traces).into_iter().collect());
         short(Condition::Plausible, plausible::doubts(judge, accepted, &criteria));
         short(Condition::Rivals, rivals::shaped(accepted).into_iter().collect());
         let stroke_m = judge.search.seen.stroke_m();

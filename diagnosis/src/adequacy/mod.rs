@@ -89,8 +89,7 @@ pub struct Adequacy {
     pub residual: Vec<ResidualTrace>,
     /// Reasons why the answer is not called explained; empty if all conditions hold.
     pub shortfalls: Vec<Shortfall>,
-    /// The causes that may be hidden, and the values that they may have moved, if calibration alone closes the
-    /// gap.
+    /// Causes that may be hidden, and values that they may have moved, if calibration alone closes the gap.
     #[serde(skip)]
     pub(crate) doubts: Vec<Doubt>,
     /// Place of a smooth force that no cause makes, if that force improves the balance clearly.
@@ -137,9 +136,9 @@ impl Adequacy {
         self.doubts.iter().any(|doubt| doubt.about != Doubted::Cause)
     }
 
-    /// The condition that the check records are too short to test, in words.
-    pub(crate) fn untested(&self) -> Option<String> {
-        residual::untested(&self.residual)
+    /// Whether calibration alone closes the gap, but may hide a cause.
+    pub fn may_hide_cause(&self) -> bool {
+        self.doubts.iter().any(|doubt| doubt.about == Doubted::Cause)
     }
 
     /// Whether causes were left untried, or not fitted to the end, because the time ran out.
@@ -181,6 +180,16 @@ impl Adequacy {
     pub(crate) fn add_hidden(&mut self, hidden: Vec<Doubt>) {
         self.add_rivals(hidden.iter().map(|doubt| doubt.what.clone()).collect());
         self.doubts.extend(hidden);
+    }
+
+    /// Removes the causes that calibration may hide.
+    pub(crate) fn clear_hidden(&mut self) {
+        let Self { shortfalls, doubts, .. } = self;
+        doubts.retain(|doubt| {
+            let is_hidden = doubt.about == Doubted::Cause;
+            shortfalls.retain(|shortfall| !is_hidden || shortfall.what != doubt.what);
+            !is_hidden
+        });
     }
 
     /// Adds other causes that may be present.

@@ -283,7 +283,7 @@ fn reversals(records: &[Vec<Point>], rms: f64) -> Option<ResidualTrace> {
     let deviation = (jumps.iter().map(|j| (j - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
     let by_chance = STANDARD_ERRORS * deviation / n.sqrt();
     // A jump between opposite levels has a root mean square of half its height.
-    let over = |jump: f64| (0.5 * jump / rms.max(f64::MIN_POSITIVE)).powi(2);
+    let over = |jump: f64| (0.5 * jump / rms.max(f64::MIN_POSITIVE)).powi(2).min(1.0);
     Some(ResidualTrace {
         goes_with: "reversals",
         rms_n: 0.5 * (mean.abs() - by_chance).max(0.0),

@@ -13,7 +13,7 @@ use crate::kinds::{SURELY_LATE_ROWS, dossier};
 /// between rows or holds each value, and both act early. A later command may be a short lag.
 const UNDOUBTED_ROWS: f64 = 0.2;
 
-/// What a doubt is about.
+/// The subject of a doubt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Doubted {
     /// A believed value, or presliding.

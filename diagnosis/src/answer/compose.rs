@@ -41,8 +41,8 @@ const POINTED_ALONE: f64 = 0.7;
 /// doubtful values a cause was hidden in 2 of 6. Their probability is [`POINTED`].
 const SHIFTED: f64 = 0.8;
 /// Probability of the place of a cause that calibration may hide. On three wild seeds a cause was hidden
-/// there in 9 of 18 cases.
-const HIDDEN: f64 = 0.5;
+/// there in 7 of 16 cases.
+const HIDDEN: f64 = 0.45;
 /// Causes that make the error of short predictions this many times as large explain nothing.
 const WORSE: f64 = 1.1;
 /// Smallest number of places among look-alike causes at which the records do not determine the place.
@@ -146,10 +146,7 @@ impl Judge<'_> {
         let is_alone = field.own >= SURE && !adequacy.has_rival();
         let may_be_right = adequate || accepted.causes.is_empty() && adequacy.is_slight();
         let verdict = self.verdict(accepted, may_be_right, is_alone, &near);
-        if verdict == Verdict::NoGap {
-            adequacy.add_hidden(self.hidden(attempts));
-        }
-        let verdict = self.doubted(verdict, &mut adequacy, gap.refit > ROUGH * gap.floor);
+        let verdict = self.doubted(verdict, &mut adequacy, gap.refit > ROUGH * gap.floor, attempts);
         if adequacy.shortfalls.is_empty() {
             adequacy.add_rivals(unsure(verdict, field.own).into_iter().collect());
         }
@@ -164,7 +161,6 @@ impl Judge<'_> {
             ],
             &noise,
         );
-        let untested = adequacy.untested().filter(|_| !accepted.causes.is_empty());
         let places = self.places(accepted, &removed, &effects, (verdict, &adequacy), (&field, known), &cells);
         let tried = self.tried(attempts, accepted);
         let inverse =
@@ -186,7 +182,6 @@ impl Judge<'_> {
             warnings: (in_words(&self.dataset.warnings).into_iter())
                 .chain(self.timing(accepted))
                 .chain(cold_start(&machine))
-                .chain(untested)
                 .collect(),
             contradictions: (self.dataset.warnings.iter().filter(|fault| fault.kind.is_contradiction()))
                 .map(ToString::to_string)
@@ -233,6 +228,7 @@ impl Judge<'_> {
     pub(crate) fn position_force(&self, force: f64, attempts: &Attempts) -> Diagnosis {
         let mut answer = self.answer(&self.search.calibrated, &[], attempts);
         answer.verdict = Verdict::UnknownCause;
+        answer.adequacy.clear_hidden();
         let evidence = format!(
             "a force that depends on position, about {force:.2} N over {:.4} m, explains what no effect of \
              the library does; it hardly repeats over the stroke",
@@ -269,17 +265,25 @@ impl Judge<'_> {
         }
     }
 
-    /// The verdict if no gap may also mean an untried cause, or one that a doubtful value took over.
-    fn doubted(&self, verdict: Verdict, adequacy: &mut Adequacy, is_rough: bool) -> Verdict {
+    /// The verdict if no gap may also mean an untried cause, one that a doubtful value took over, or one that
+    /// calibration hides.
+    fn doubted(
+        &self,
+        verdict: Verdict,
+        adequacy: &mut Adequacy,
+        is_rough: bool,
+        attempts: &Attempts,
+    ) -> Verdict {
         let is_unknown = is_rough && self.is_open(adequacy);
         if verdict != Verdict::NoGap || is_unknown {
             adequacy.doubts.clear();
+            return if is_unknown && verdict == Verdict::NoGap { Verdict::UnknownCause } else { verdict };
         }
-        match verdict {
-            Verdict::NoGap if is_unknown => Verdict::UnknownCause,
-            Verdict::NoGap if adequacy.is_doubted() => Verdict::NotIdentifiable,
-            verdict => verdict,
+        adequacy.add_hidden(self.hidden(attempts));
+        if !adequacy.has_untried() && self.search.task.budget.is_over(Stage::Compose) {
+            adequacy.add_untried(0, true);
         }
+        if adequacy.is_doubted() { Verdict::NotIdentifiable } else { verdict }
     }
 
     /// Whether the channels vary enough above their noise to draw conclusions. Either most channels do in

@@ -1,13 +1,15 @@
 //! Causes that may be hidden although calibration alone explains the records.
 
+use feeler_plant::description::{ActuatorKind, ElementKind};
+use feeler_problem::short;
+
 use crate::adequacy::{Doubt, Doubted};
-use crate::budget::Stage;
 use crate::fit::candidates::{Candidate, candidates};
-use crate::fit::glance::glance;
-use crate::fit::odds::{PER_UNKNOWN, gain};
+use crate::fit::odds::gain;
+use crate::fit::scored::Scored;
 use crate::fit::search::score;
 use crate::judge::{Attempts, Judge};
-use crate::kinds::{Glance, dossier};
+use crate::kinds::dossier;
 
 /// Evidence at which odds are twenty to one, nats: 3.0 is the logarithm of 20.
 const TWENTY_TO_ONE: f64 = 3.0;
@@ -15,64 +17,83 @@ const TWENTY_TO_ONE: f64 = 3.0;
 const STEPS: usize = 8;
 
 impl Judge<'_> {
-    /// The cause that explains more but could not be accepted, and causes that believed values may hide.
-    /// They are reasons not to call calibration the whole truth.
-    pub(super) fn hidden(&self, attempts: &Attempts) -> Vec<Doubt> {
-        let glance = glance(&self.search.task, &self.search.calibrated);
-        let behind = candidates(&self.dataset.machine);
-        let behind = behind.iter().filter_map(|cause| self.behind_calibration(cause, &glance));
-        self.nearly_found(attempts).into_iter().chain(behind).collect()
+    /// The tried cause that explains more but could not be accepted, and causes that believed values may
+    /// hide.
+    pub(crate) fn hidden(&self, attempts: &Attempts) -> Vec<Doubt> {
+        let nearly = self.nearly_found(attempts).map(|tried| tried.causes[0]);
+        let all = candidates(&self.dataset.machine);
+        let others = all.iter().filter(|cause| nearly.is_none_or(|nearly| !nearly.is(cause)));
+        let behind = others.filter_map(|cause| self.behind_calibration(cause));
+        nearly.map(|cause| doubt(&cause, explains_more(&named(&cause)))).into_iter().chain(behind).collect()
     }
 
-    /// The single cause with most evidence, if it has odds of twenty to one.
-    fn nearly_found(&self, attempts: &Attempts) -> Option<Doubt> {
+    /// The single cause with most evidence of those with odds of twenty to one that were not accepted.
+    fn nearly_found<'t>(&self, attempts: &'t Attempts) -> Option<&'t Scored> {
         let tried = attempts.fitted.iter().chain(&attempts.screened).filter(|tried| tried.causes.len() == 1);
-        let likely = tried.filter(|tried| {
-            self.all(tried) > TWENTY_TO_ONE && self.is_finding(tried) && self.is_meant(tried)
-        });
-        let best = likely.max_by(|a, b| self.all(a).total_cmp(&self.all(b)))?;
-        let what = format!(
-            "{} would explain more, but the evidence is too little to accept it (record more of the same)",
-            named(&best.causes[0])
-        );
-        Some(Doubt { place: Some(best.causes[0].place), about: Doubted::Cause, what })
+        let is_likely = |tried: &&Scored| {
+            self.all(tried) > TWENTY_TO_ONE
+                && self.check(&self.search.calibrated, tried) > 0.0
+                && !self.is_acceptable(tried)
+                && self.is_finding(tried)
+                && self.is_meant(tried)
+        };
+        tried.filter(is_likely).max_by(|a, b| self.all(a).total_cmp(&self.all(b)))
     }
 
     /// A cause of the smallest size of note, if the machine with it predicts as well within the tolerances of
-    /// its believed values.
-    fn behind_calibration(&self, cause: &Candidate, glance: &Glance) -> Option<Doubt> {
+    /// its believed values. Only predictions count: a balance of forces fits a size of its own.
+    fn behind_calibration(&self, cause: &Candidate) -> Option<Doubt> {
         let Self { dataset, search, .. } = self;
+        let task = &search.task;
         let calibrated = &search.calibrated;
-        let (values, record) = (dossier(cause.definition.kind).behind_calibration)(glance)?;
+        let (values, record) =
+            (dossier(cause.definition.kind).behind_calibration)(self.largest_push(cause)?)?;
         let believed = dataset.machine.element(cause.site).map_or(&[][..], |(_, element)| element.effects());
-        let is_believed = believed.iter().any(|effect| effect.definition.kind == cause.definition.kind);
-        if is_believed || search.task.budget.is_over(Stage::Compose) {
+        if believed.iter().any(|effect| effect.definition.kind == cause.definition.kind) {
             return None;
         }
         let model = calibrated.fitted.model.with(cause.site, cause.definition, &values).held();
         let mut start = model.start();
         model.take_over(&mut start, &calibrated.fitted.model, &calibrated.fitted.theta, 0);
-        let with = score(&search.task, vec![*cause], search.task.fit(&model, &start, STEPS));
-        let odds = gain(&search.task.weights, calibrated, &with, &self.everything()) + PER_UNKNOWN;
+        let with = score(task, vec![*cause], task.fit(&model, &start, STEPS));
+        let odds = gain(&task.weights, calibrated, &with, &self.everything());
         let size = cause.definition.parameters.first()?;
-        if odds < -TWENTY_TO_ONE {
-            return None;
+        let unit = self.unit_of(cause, size);
+        let it = format!("{} with a {} of {} {unit}", named(cause), size.name, short(*values.first()?));
+        if odds > TWENTY_TO_ONE {
+            return Some(doubt(cause, explains_more(&it)));
         }
-        Some(Doubt {
-            place: Some(cause.place),
-            about: Doubted::Cause,
-            what: format!(
-                "{} with a {} of {:.3} {} would not show: believed values may take its place within their \
-                 tolerances (record {record}, or state narrower tolerances)",
-                named(cause),
-                size.name,
-                values.first()?,
-                self.unit_of(cause, size)
-            ),
+        (odds > -TWENTY_TO_ONE).then(|| {
+            let what = format!(
+                "{it} would not show: believed values may take its place within their tolerances (record \
+                 {record}, or state narrower tolerances)"
+            );
+            doubt(cause, what)
         })
+    }
+
+    /// The largest recorded command of the drive that has a cause, if the command is a force or makes one.
+    fn largest_push(&self, cause: &Candidate) -> Option<f64> {
+        let Self { dataset, .. } = self;
+        let is_its = |drive: usize| cause.site.table == ElementKind::Actuators && cause.site.index == drive;
+        let d = dataset.drives.iter().position(|driven| is_its(driven.drive))?;
+        let kind = &dataset.machine.actuators[dataset.drives[d].drive].kind;
+        let pushes = matches!(kind, ActuatorKind::Force { .. } | ActuatorKind::DcMotor(_))
+            && !dataset.is_looped(dataset.drives[d].drive);
+        let commands = dataset.records.iter().flat_map(|record| &record.commands[d]);
+        let largest = commands.fold(0.0_f64, |most, command| most.max(command.abs()));
+        (pushes && largest > 0.0).then_some(largest)
     }
 }
 
 fn named(cause: &Candidate) -> String {
     format!("{} at the {}", cause.definition.kind, cause.place.name())
+}
+
+fn explains_more(it: &str) -> String {
+    format!("{it} would explain more, but the evidence is too little to accept it (record more of the same)")
+}
+
+fn doubt(cause: &Candidate, what: String) -> Doubt {
+    Doubt { place: Some(cause.place), about: Doubted::Cause, what }
 }

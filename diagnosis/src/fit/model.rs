@@ -152,15 +152,9 @@ impl Model {
         (model, keep)
     }
 
-    /// The model with all parameters of its last effect held at their starting values.
+    /// The model with the parameters of its effects held at their starting values.
     pub(crate) fn held(mut self) -> Self {
-        let last = self.tried.len().wrapping_sub(1);
-        let start = self.start();
-        for (unknown, start) in self.unknowns.iter_mut().zip(start) {
-            if unknown.parameter_of(last).is_some() {
-                unknown.bounds = (start, start);
-            }
-        }
+        self.unknowns.retain(|unknown| !unknown.is_of_effect());
         self
     }
 

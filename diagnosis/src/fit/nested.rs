@@ -10,31 +10,40 @@ use crate::kinds::{contains, embed, nearest};
 const SLACK: f64 = 0.5;
 
 /// Refits every model that fits worse than a model that it contains, starting from that model's solution. All
-/// models share their causes except the last.
+/// models share their causes except the last. `others` holds laws after a few steps; they stay at that
+/// solution.
 pub(crate) fn enforce(
     task: &Task<'_>,
     fits: &mut [Scored],
+    others: &mut [Scored],
     steps: usize,
     rescore: impl Fn(&Scored, Fitted) -> Scored,
 ) {
+    let lifted = |outer: &Scored, inner: &Scored, steps: usize| {
+        let (big, small) = (outer.causes.last()?, inner.causes.last()?);
+        if big.site != small.site || outer.fitted.cost <= inner.fitted.cost + SLACK {
+            return None;
+        }
+        let last = inner.causes.len() - 1;
+        let values = embed(big.definition.kind, small.definition.kind, &inner.values(last))?;
+        let (base, _) = inner.fitted.model.without(last);
+        let model = base.with(big.site, big.definition, &values);
+        let mut start = model.start();
+        model.take_over(&mut start, &inner.fitted.model, &inner.fitted.theta, last);
+        let fitted = task.fit(&model, &start, steps);
+        (fitted.cost < outer.fitted.cost).then(|| rescore(outer, fitted))
+    };
     for outer in 0..fits.len() {
         for inner in 0..fits.len() {
-            let (Some(big), Some(small)) = (fits[outer].causes.last(), fits[inner].causes.last()) else {
-                continue;
-            };
-            if big.site != small.site || fits[outer].fitted.cost <= fits[inner].fitted.cost + SLACK {
-                continue;
+            if let Some(better) = lifted(&fits[outer], &fits[inner], steps) {
+                fits[outer] = better;
             }
-            let last = fits[inner].causes.len() - 1;
-            let values = fits[inner].values(last);
-            let Some(values) = embed(big.definition.kind, small.definition.kind, &values) else { continue };
-            let (base, _) = fits[inner].fitted.model.without(last);
-            let model = base.with(big.site, big.definition, &values);
-            let mut start = model.start();
-            model.take_over(&mut start, &fits[inner].fitted.model, &fits[inner].fitted.theta, last);
-            let fitted = task.fit(&model, &start, steps);
-            if fitted.cost < fits[outer].fitted.cost {
-                fits[outer] = rescore(&fits[outer], fitted);
+        }
+    }
+    for outer in others {
+        for inner in &*fits {
+            if let Some(better) = lifted(outer, inner, 0) {
+                *outer = better;
             }
         }
     }

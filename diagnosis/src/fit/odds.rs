@@ -16,7 +16,7 @@ pub(crate) const ACCEPT: f64 = 6.0;
 /// Evidence on all experiments that a cause needs to be accepted, nats.
 pub(crate) const ACCEPT_ALL: f64 = 15.0;
 /// Additional evidence for each further unknown, nats.
-pub(crate) const PER_UNKNOWN: f64 = 1.5;
+const PER_UNKNOWN: f64 = 1.5;
 /// Smaller mean squares are noise, and their differences carry no information.
 const QUIET: f64 = 0.05;
 /// Lowest mean square of noise over an experiment, relative to its expectation.

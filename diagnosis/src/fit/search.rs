@@ -293,7 +293,7 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     overlooked(task, base, &mut fits, &mut others, &cut);
     let rescore = |old: &Scored, fitted: Fitted| score(task, old.causes.clone(), fitted);
     nested::lower(task, &mut fits, &mut others, STEPS, rescore);
-    nested::enforce(task, &mut fits, STEPS, rescore);
+    nested::enforce(task, &mut fits, &mut others, STEPS, rescore);
     Extended { fits, others, silent, untried, unfinished: cut.0.into_inner().unwrap_or_default() }
 }
 

@@ -21,7 +21,7 @@ impl Known for DriveDeadband {
     }
 
     /// While the drive pushes the way it moves, dry friction is larger by the width.
-    fn behind_calibration(glance: &Glance) -> Option<(Self, &'static str)> {
-        Some((Self { width: OF_NOTE * glance.asked }, "faster motion, in which the drive brakes"))
+    fn behind_calibration(largest_command: f64) -> Option<(Self, &'static str)> {
+        Some((Self { width: OF_NOTE * largest_command }, "faster motion, in which the drive brakes"))
     }
 }

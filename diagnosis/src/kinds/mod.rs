@@ -70,8 +70,9 @@ pub(crate) trait Known: Parameters + 'static {
     }
 
     /// The smallest effect of note whose place a believed value may take within its tolerance, and a record
-    /// that tells the two apart. `None` if calibration cannot hide the kind.
-    fn behind_calibration(_: &Glance) -> Option<(Self, &'static str)> {
+    /// that tells the two apart. It follows from the largest command of its drive. `None` if calibration
+    /// cannot hide the kind.
+    fn behind_calibration(_largest_command: f64) -> Option<(Self, &'static str)> {
         None
     }
 
@@ -147,7 +148,7 @@ pub(crate) struct Dossier {
     pub(crate) adds_to: Option<Key>,
     pub(crate) starts: fn(&Element<'_>, &Glance) -> Vec<Vec<f64>>,
     pub(crate) is_trivial: fn(&[f64], &Element<'_>, Seen) -> bool,
-    pub(crate) behind_calibration: fn(&Glance) -> Option<(Vec<f64>, &'static str)>,
+    pub(crate) behind_calibration: fn(f64) -> Option<(Vec<f64>, &'static str)>,
     pub(crate) fractions_off: fn() -> Option<Vec<f64>>,
     pub(crate) force_over_position: fn(&[f64]) -> Option<f64>,
     pub(crate) table_over: Option<Over>,
@@ -205,8 +206,8 @@ impl Dossier {
             adds_to: K::ADDS_TO,
             starts: |element, glance| K::starts(element, glance).into_iter().map(K::values).collect(),
             is_trivial: |values, element, seen| K::of(values).is_trivial(element, seen),
-            behind_calibration: |glance| {
-                K::behind_calibration(glance).map(|(least, record)| (least.values(), record))
+            behind_calibration: |command| {
+                K::behind_calibration(command).map(|(least, record)| (least.values(), record))
             },
             fractions_off: || K::fractions_off().map(K::values),
             force_over_position: |values| K::of(values).force_over_position(),

@@ -16,7 +16,7 @@ use feeler_plant::description::Quantity;
 use feeler_plant::effects::Kind;
 
 const SPACING_S: f64 = 2e-3;
-const ROWS: usize = 400;
+const ROWS: usize = 800;
 /// Number of sines of a command.
 const LINES: u32 = 12;
 /// About ten times the uncertainty due to noise of 2 um in these records of 20 mm.

@@ -42,7 +42,8 @@ impl Reader<'_> {
         match units::parse(&format!("1 {}", node.as_text()?), dim, self.scope.rotational) {
             Ok(value) => Some(value),
             Err(error) => {
-                let wrong = WrongUnit(WrongQuantity { error, dim, rotational: self.scope.rotational });
+                let rotational = self.scope.rotational;
+                let wrong = WrongQuantity { error, dim, rotational, is_unit: true };
                 self.problems.add_error(&node.origin, path, &wrong);
                 None
             }
@@ -94,7 +95,7 @@ impl Reader<'_> {
     }
 
     fn wrong_unit(&mut self, node: &Node, error: UnitError, dim: Dimension, path: &str) -> Option<f64> {
-        let wrong = WrongQuantity { error, dim, rotational: self.scope.rotational };
+        let wrong = WrongQuantity { error, dim, rotational: self.scope.rotational, is_unit: false };
         self.problems.add_error(&node.origin, path, &wrong);
         None
     }
@@ -239,6 +240,8 @@ struct WrongQuantity {
     error: UnitError,
     dim: Dimension,
     rotational: bool,
+    /// Whether a unit alone is asked for, without a number.
+    is_unit: bool,
 }
 
 impl Remedy for WrongQuantity {
@@ -249,27 +252,16 @@ impl Remedy for WrongQuantity {
             UnitError::UnknownUnit { nearest: Some(nearest), .. } => {
                 format!("did you mean `{nearest}`?").into()
             }
+            _ if self.is_unit && unit.is_empty() => "remove it: these numbers have no unit".into(),
+            _ if self.is_unit => {
+                format!("write {} without a number, such as \"{unit}\"", self.dim.phrase(self.rotational))
+                    .into()
+            }
             UnitError::NoUnit { text } => {
                 format!("write {text} without quotes for SI, or \"{} {unit}\"", text.trim()).into()
             }
             _ if unit.is_empty() => "write a number".into(),
             _ => format!("write a number in {unit}, or a text such as \"1 {unit}\"").into(),
-        }
-    }
-}
-
-/// A text that is not a unit with the key's dimension.
-#[derive(Debug, thiserror::Error)]
-#[error(transparent)]
-struct WrongUnit(WrongQuantity);
-
-impl Remedy for WrongUnit {
-    fn remedy(&self) -> Cow<'_, str> {
-        let unit = self.0.dim.si_unit(self.0.rotational);
-        match &self.0.error {
-            UnitError::UnknownUnit { nearest: Some(_), .. } => self.0.remedy(),
-            _ if unit.is_empty() => "remove it: these numbers have no unit".into(),
-            _ => format!("write the unit alone, such as \"{unit}\"").into(),
         }
     }
 }
@@ -285,8 +277,11 @@ mod tests {
             error: units::parse(text, dim, false).unwrap_err(),
             dim,
             rotational: false,
+            is_unit: false,
         };
         let all = ["wide", "5", "1,5 mm", "5 mn", "5 m/(s", "5 kg"].map(of);
+        let unit = WrongQuantity { is_unit: true, ..of("1 millimetres") };
+        assert_eq!(unit.remedy(), "write a length (m) without a number, such as \"m\"");
         assert_eq!(
             feeler_problem::contract::violations(&all, include_str!("values.rs")),
             Vec::<String>::new()

@@ -9,14 +9,17 @@ use crate::pages::parts::Page;
 pub(crate) const WITH_EFFECTS: &str = "with the effects found";
 
 /// The remaining error over every horizon.
-pub(super) fn left(adequacy: &Adequacy) -> String {
+pub(super) fn left(horizons: &[Horizon]) -> String {
     let share = |error: Option<f64>| {
         error.map_or_else(|| "an unknown share".into(), |error| format!("{} %", fine_percent(error)))
     };
-    let of = |horizon: &Horizon| format!("{} of the signal over {}", share(horizon.after), horizon.name());
-    let all: Vec<String> = adequacy.horizons.iter().map(of).collect();
-    let floor = adequacy.horizons.first().map_or(0.0, Horizon::noise);
-    format!("predictions are off by {}; noise alone leaves {} %", all.join(", by "), fine_percent(floor))
+    let of = |(i, horizon): (usize, &Horizon)| {
+        let of_what = if i == 0 { " of the signal" } else { "" };
+        let noise = fine_percent(horizon.noise());
+        format!("{}{of_what} over {} (noise alone {noise} %)", share(horizon.after), horizon.name())
+    };
+    let all: Vec<String> = horizons.iter().enumerate().map(of).collect();
+    format!("predictions are off by {}", all.join(", by "))
 }
 
 /// Reasons why the answer is not called explained, a sentence each.
@@ -77,4 +80,27 @@ pub(super) fn add(page: &mut Page, adequacy: &Adequacy, is_found: bool) {
         &[1, 2, 3],
         &rows,
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_the_error_and_the_noise_of_every_horizon_are_stated() {
+        let horizon = |seconds, after, floor, command_noise| Horizon {
+            seconds,
+            before: None,
+            refit: None,
+            after,
+            floor,
+            command_noise,
+        };
+        let horizons = [horizon(Some(0.05), Some(0.012), 3e-3, 4e-3), horizon(None, None, 3e-3, 0.0)];
+        assert_eq!(
+            left(&horizons),
+            "predictions are off by 1.2 % of the signal over 0.05 s (noise alone 0.5 %), by an unknown share \
+             over the whole record (noise alone 0.3 %)"
+        );
+    }
 }

@@ -99,11 +99,8 @@ fn longer(diagnosis: &Diagnosis) -> Option<String> {
     Some(format!("{longer} {why}"))
 }
 
-/// The step for a gain of a drive that may be true: wrong units of its column are the same.
+/// The step for a gain of a drive: wrong units of its column are the same.
 fn as_unit(diagnosis: &Diagnosis) -> Option<String> {
-    if !matches!(diagnosis.verdict, Verdict::Explained | Verdict::Ambiguous) {
-        return None;
-    }
     let gain = diagnosis.effects.iter().find(|effect| effect.accepted && effect.kind == Kind::DriveGain)?;
     Some(format!(
         "First check the unit of the command of {}: a current in place of a force or torque shows as the \
@@ -140,13 +137,13 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
         // Before the longer search nothing else is worth doing.
         Verdict::UnknownCause if diagnosis.adequacy.has_untried() => return table.into_iter().collect(),
         Verdict::Ambiguous if is_only_early(diagnosis) => return table.into_iter().collect(),
-        Verdict::NotIdentifiable if diagnosis.adequacy.has_doubtful_value() => {
-            "Use the calibrated values of machine.toml. State `hold` or correct the believed value, as named \
-             below, and diagnose again: it then shows whether a cause is hidden."
-        }
-        Verdict::NotIdentifiable if diagnosis.adequacy.is_doubted() => {
+        Verdict::NotIdentifiable if diagnosis.adequacy.may_hide_cause() => {
             "Use the calibrated values of machine.toml. Record or state what is named below, and diagnose \
              again: it then shows whether a cause is hidden."
+        }
+        Verdict::NotIdentifiable if diagnosis.adequacy.is_doubted() => {
+            "Use the calibrated values of machine.toml. State `hold` or correct the believed value, as named \
+             below, and diagnose again: it then shows whether a cause is hidden."
         }
         Verdict::Ambiguous if is_limited(diagnosis) => {
             "Correct the believed value named below, or state a wider tolerance, and diagnose again."

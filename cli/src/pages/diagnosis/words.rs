@@ -11,7 +11,7 @@ const NEAR_FLOOR: f64 = 1.05;
 
 /// The most important sentence.
 pub(crate) fn verdict(diagnosis: &Diagnosis) -> String {
-    let left = sentence(&adequacy::left(&diagnosis.adequacy));
+    let left = sentence(&adequacy::left(&diagnosis.adequacy.horizons));
     if diagnosis.contradictions.is_empty() {
         return format!("{} {left}", cause(diagnosis));
     }
@@ -88,7 +88,7 @@ fn cause(diagnosis: &Diagnosis) -> String {
         }
         Verdict::NotIdentifiable if diagnosis.adequacy.is_doubted() => format!(
             "calibration within the stated tolerances explains the records, but {}a cause may be hidden{}.",
-            if diagnosis.adequacy.has_doubtful_value() { "with a doubtful value: " } else { "" },
+            if diagnosis.adequacy.may_hide_cause() { "" } else { "with a doubtful value: " },
             diagnosis.places.first().map_or_else(String::new, |first| format!(" at the {}", first.place))
         ),
         Verdict::NotIdentifiable if found.is_empty() => {

@@ -6,9 +6,6 @@ use super::goals::Goals;
 use super::judge::{Hides, Judged};
 use super::reliability;
 
-/// A free run is worse if its error exceeds the believed machine's by this factor; a smaller increase is
-/// noise.
-const WORSE: f64 = 1.05;
 /// Range for the share of true values within their stated 90 % intervals.
 const COVERED: [f64; 2] = [0.85, 0.95];
 
@@ -135,7 +132,7 @@ impl Tallies {
             }
         }
         if let Some([believed, repaired]) = answer.free_run {
-            self.free_run.add(repaired > WORSE * believed);
+            self.free_run.add(repaired > believed);
         }
         if let Some(closed) = answer.closed_held_back.filter(|_| !judged.accepted.is_empty()) {
             self.claims.push((answer.claimed - closed).abs());

@@ -224,6 +224,28 @@ fn regress_rounding_is_not_reported_as_noise() {
     assert!(said.contains("`encoder_m`: no noise is stated, and its readings have none"), "{said}");
 }
 
+/// White noise on a command of some tens of newtons. Uniform noise between ±0.2 N has a standard
+/// deviation of 0.4 / sqrt(12).
+#[test]
+fn regress_noise_of_a_command_that_is_not_stated_is_told() {
+    let mut seed: u64 = 7;
+    let mut rows = sound();
+    for row in &mut rows {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        row[1] += 0.4 * ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5);
+    }
+    let text = csv(&rows);
+    let folder = folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
+    let said = || in_words(&Dataset::load(folder.path()).expect("it is read").warnings).join("\n");
+    let told = said();
+    assert!(told.contains("`command_n`: no noise is stated") && told.contains("readings, 0.12"), "{told}");
+    let path = folder.path().join("dataset.toml");
+    let stated = fs::read_to_string(&path).expect("it is there");
+    let stated = stated.replace("\"drive.command\"", "\"drive.command\"\nnoise = 0.115");
+    fs::write(&path, stated).expect("it is written");
+    assert_eq!(said(), "");
+}
+
 /// A missing column does not hide faults of other columns in its file.
 #[test]
 fn regress_a_missing_column_is_reported_beside_other_faults() {

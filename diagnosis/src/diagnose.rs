@@ -482,8 +482,8 @@ mod tests {
         }
     }
 
-    /// A cause with too little evidence to be accepted leaves a doubt at its place; one without evidence leaves
-    /// none.
+    /// A cause with too little evidence to be accepted leaves a doubt at its place. One without evidence
+    /// leaves none.
     #[test]
     fn truth_a_cause_that_nearly_explains_more_leaves_the_answer_unsure() {
         let dataset = loaded();

@@ -30,6 +30,9 @@ pub struct Horizon {
 /// The noise of a command is known to about this factor.
 const NOISE_IS_KNOWN_TO: f64 = 1.2;
 
+/// Noise that makes a fair part of a long prediction is known to about this factor: few of these are scored.
+const LARGE_NOISE_IS_KNOWN_TO: f64 = 1.5;
+
 /// All noise of a horizon is known to about this factor.
 const FLOOR_IS_KNOWN_TO: f64 = 1.1;
 
@@ -141,14 +144,16 @@ pub(super) fn are_better(horizons: &[Horizon], criteria: &Criteria) -> bool {
 }
 
 /// Describes the shortest horizon of up to a second at which predictions lose the motion, if noise alone does
-/// not.
+/// not. An error of the size that noise makes does not count, even if both are large.
 pub(super) fn lost(horizons: &[Horizon], criteria: &Criteria) -> Option<String> {
     let is_lost = |horizon: &&Horizon| {
         let is_known = horizon.noise() < criteria.lost;
         let most = (criteria.most_floors * horizon.floor).max(criteria.most_left_far);
         horizon.seconds.is_some()
             && is_known
-            && horizon.after.is_some_and(|after| horizon.beyond(after) > most)
+            && horizon.after.is_some_and(|after| {
+                horizon.beyond(after) > most && after > LARGE_NOISE_IS_KNOWN_TO * horizon.noise()
+            })
     };
     let lost = horizons.iter().find(is_lost)?;
     Some(format!("over {} predictions are off by {} of the signal", lost.name(), share(lost.after?)))
@@ -308,6 +313,9 @@ mod tests {
         );
         let unstable = Horizon { command_noise: 2.0, ..horizon(0.9, 8.0) };
         assert_eq!(lost(&[unstable], &criteria), None);
+        let noisy =
+            |after| lost(&[Horizon { command_noise: 0.5, ..horizon(0.9, after) }], &criteria).is_some();
+        assert!(!noisy(0.72) && noisy(1.2));
         assert!(lost(&[horizon(0.9, 0.8)], &criteria).is_some_and(|told| told.contains("80.0 %")));
         assert_eq!(unclosed(0.9, &criteria), None);
         assert!(unclosed(0.16, &criteria).is_some_and(|told| told.contains("16.0 %")));

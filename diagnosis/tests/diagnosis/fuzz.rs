@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
 use feeler_diagnosis::{Budget, diagnose_within};
@@ -130,6 +130,21 @@ fn prop_records_of_some_seconds_get_an_answer_or_a_reason() {
         holds(&dataset(&mut draw, rows, sensors, rate_hz), Budget::of(Duration::from_secs(10)))
     });
     assert!(answered.contains(&true));
+}
+
+/// Records of many rows end soon after their budget, in an unoptimised build too: a step of a fit that began
+/// in time is finished. The margin is that of a busy machine.
+#[test]
+fn prop_records_of_many_rows_end_soon_after_their_budget() {
+    let mut draw = Draw(6);
+    let (budget_s, margin_s) = (5, 60);
+    for (rows, sensors, rate_hz) in [(200_000, 1, 1000.0), (100_000, 2, 10_000.0)] {
+        let records = dataset(&mut draw, rows, sensors, rate_hz);
+        let begun = Instant::now();
+        holds(&records, Budget::of(Duration::from_secs(budget_s)));
+        let took_s = begun.elapsed().as_secs();
+        assert!(took_s < budget_s + margin_s, "{rows} rows took {took_s} s");
+    }
 }
 
 /// Long version: `cargo test --release -p feeler-diagnosis --test diagnosis -- --ignored fuzz`.

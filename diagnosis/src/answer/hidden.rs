@@ -9,7 +9,7 @@ use crate::fit::odds::gain;
 use crate::fit::scored::Scored;
 use crate::fit::search::score;
 use crate::judge::{Attempts, Judge};
-use crate::kinds::dossier;
+use crate::kinds::{Behind, dossier};
 
 /// Evidence at which odds are twenty to one, nats: 3.0 is the logarithm of 20.
 const TWENTY_TO_ONE: f64 = 3.0;
@@ -46,8 +46,8 @@ impl Judge<'_> {
         let Self { dataset, search, .. } = self;
         let task = &search.task;
         let calibrated = &search.calibrated;
-        let (values, record) =
-            (dossier(cause.definition.kind).behind_calibration)(self.largest_push(cause)?)?;
+        let largest = self.largest_push(cause)?;
+        let Behind { values, record } = (dossier(cause.definition.kind).behind_calibration)(largest)?;
         let believed = dataset.machine.element(cause.site).map_or(&[][..], |(_, element)| element.effects());
         if believed.iter().any(|effect| effect.definition.kind == cause.definition.kind) {
             return None;

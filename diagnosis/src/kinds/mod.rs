@@ -132,6 +132,12 @@ pub(crate) struct SumOf<Sum> {
     merge: fn([&[f64]; 2]) -> Sum,
 }
 
+/// The smallest effect of note whose place a believed value may take, and a record that tells the two apart.
+pub(crate) struct Behind {
+    pub(crate) values: Vec<f64>,
+    pub(crate) record: &'static str,
+}
+
 /// Knowledge about a kind, with values in the order of its definition; see [`Known`].
 pub(crate) struct Dossier {
     pub(crate) read_off: Option<f64>,
@@ -148,7 +154,7 @@ pub(crate) struct Dossier {
     pub(crate) adds_to: Option<Key>,
     pub(crate) starts: fn(&Element<'_>, &Glance) -> Vec<Vec<f64>>,
     pub(crate) is_trivial: fn(&[f64], &Element<'_>, Seen) -> bool,
-    pub(crate) behind_calibration: fn(f64) -> Option<(Vec<f64>, &'static str)>,
+    pub(crate) behind_calibration: fn(f64) -> Option<Behind>,
     pub(crate) fractions_off: fn() -> Option<Vec<f64>>,
     pub(crate) force_over_position: fn(&[f64]) -> Option<f64>,
     pub(crate) table_over: Option<Over>,
@@ -207,7 +213,8 @@ impl Dossier {
             starts: |element, glance| K::starts(element, glance).into_iter().map(K::values).collect(),
             is_trivial: |values, element, seen| K::of(values).is_trivial(element, seen),
             behind_calibration: |command| {
-                K::behind_calibration(command).map(|(least, record)| (least.values(), record))
+                K::behind_calibration(command)
+                    .map(|(least, record)| Behind { values: least.values(), record })
             },
             fractions_off: || K::fractions_off().map(K::values),
             force_over_position: |values| K::of(values).force_over_position(),

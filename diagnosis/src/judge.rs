@@ -37,6 +37,7 @@ pub(crate) const LOOK_ALIKE: f64 = 12.0;
 const REMOVAL_STEPS: usize = 6;
 
 /// All sets of causes that were tried or considered.
+#[derive(Default)]
 pub(crate) struct Attempts {
     /// Sets that were fitted fully.
     pub(crate) fitted: Vec<Scored>,

@@ -186,7 +186,7 @@ pub(crate) fn further(
         tried.iter().filter(is_more).filter(enough).max_by(|a, b| brings(a)[1].total_cmp(&brings(b)[1]));
     let said = best.and_then(|more| {
         let cause = added(more)?;
-        let name = format!("{} at the {}", cause.definition.kind, cause.place.name());
+        let name = cause.named();
         let but = if !judge.is_finding(more) {
             "is as short as the unknown timing of commands (state `hold`)"
         } else if judge.is_meant(more) {
@@ -200,9 +200,6 @@ pub(crate) fn further(
 }
 
 pub(super) fn named(rivals: &[&Scored]) -> Vec<String> {
-    let kinds = |rival: &Scored| {
-        let name = |cause: &Candidate| format!("{} at the {}", cause.definition.kind, cause.place.name());
-        rival.causes.iter().map(name).collect::<Vec<_>>().join(" with ")
-    };
+    let kinds = |rival: &Scored| rival.causes.iter().map(Candidate::named).collect::<Vec<_>>().join(" with ");
     rivals.iter().map(|rival| format!("{} balances the forces as well", kinds(rival))).collect()
 }

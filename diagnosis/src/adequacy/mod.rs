@@ -184,12 +184,8 @@ impl Adequacy {
 
     /// Removes the causes that calibration may hide.
     pub(crate) fn clear_hidden(&mut self) {
-        let Self { shortfalls, doubts, .. } = self;
-        doubts.retain(|doubt| {
-            let is_hidden = doubt.about == Doubted::Cause;
-            shortfalls.retain(|shortfall| !is_hidden || shortfall.what != doubt.what);
-            !is_hidden
-        });
+        let hidden: Vec<Doubt> = self.doubts.extract_if(.., |doubt| doubt.about == Doubted::Cause).collect();
+        self.shortfalls.retain(|shortfall| hidden.iter().all(|doubt| doubt.what != shortfall.what));
     }
 
     /// Adds other causes that may be present.

@@ -1,7 +1,6 @@
 //! Tests whether every fitted value is a finding, and whether it is plausible. It must be possible for the
 //! believed machine, not at a bound, and distinguishable from zero.
 
-use feeler_plant::description::ActuatorKind;
 use feeler_plant::effects::{Parameter, Place, Scale, Trait};
 use feeler_plant::units::Dimension;
 
@@ -162,10 +161,5 @@ fn beyond(
 
 /// Whether the first command is a force.
 fn is_pushed(judge: &Judge<'_>) -> bool {
-    let actuators = &judge.dataset.machine.actuators;
-    let first = judge.dataset.drives.first();
-    first.is_some_and(|driven| {
-        matches!(actuators[driven.drive].kind, ActuatorKind::Force { .. })
-            && !judge.dataset.is_looped(driven.drive)
-    })
+    judge.dataset.drives.first().is_some_and(|driven| judge.dataset.is_forced(driven.drive))
 }

@@ -137,8 +137,7 @@ pub(crate) fn as_good_but_small(
     let elsewhere = |rival: &&Scored| {
         let [mine, theirs] = [accepted.beyond(rival), rival.beyond(accepted)];
         let [(_, mine), (_, theirs)] = [mine.last()?, theirs.last()?];
-        (theirs.place != mine.place)
-            .then(|| format!("{} at the {}", theirs.definition.kind, theirs.place.name()))
+        (theirs.place != mine.place).then(|| theirs.named())
     };
     let does_as_well = |rival: &&&Scored| {
         rival.causes.len() == accepted.causes.len()

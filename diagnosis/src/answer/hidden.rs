@@ -1,6 +1,6 @@
 //! Causes that may be hidden although calibration alone explains the records.
 
-use feeler_plant::description::{ActuatorKind, ElementKind};
+use feeler_plant::description::ElementKind;
 use feeler_problem::short;
 
 use crate::adequacy::{Doubt, Doubted};
@@ -24,7 +24,7 @@ impl Judge<'_> {
         let all = candidates(&self.dataset.machine);
         let others = all.iter().filter(|cause| nearly.is_none_or(|nearly| !nearly.is(cause)));
         let behind = others.filter_map(|cause| self.behind_calibration(cause));
-        nearly.map(|cause| doubt(&cause, explains_more(&named(&cause)))).into_iter().chain(behind).collect()
+        nearly.map(|cause| doubt(&cause, explains_more(&cause.named()))).into_iter().chain(behind).collect()
     }
 
     /// The single cause with most evidence of those with odds of twenty to one that were not accepted.
@@ -59,7 +59,7 @@ impl Judge<'_> {
         let odds = gain(&task.weights, calibrated, &with, &self.everything());
         let size = cause.definition.parameters.first()?;
         let unit = self.unit_of(cause, size);
-        let it = format!("{} with a {} of {} {unit}", named(cause), size.name, short(*values.first()?));
+        let it = format!("{} with a {} of {} {unit}", cause.named(), size.name, short(*values.first()?));
         if odds > TWENTY_TO_ONE {
             return Some(doubt(cause, explains_more(&it)));
         }
@@ -75,19 +75,12 @@ impl Judge<'_> {
     /// The largest recorded command of the drive that has a cause, if the command is a force or makes one.
     fn largest_push(&self, cause: &Candidate) -> Option<f64> {
         let Self { dataset, .. } = self;
-        let is_its = |drive: usize| cause.site.table == ElementKind::Actuators && cause.site.index == drive;
-        let d = dataset.drives.iter().position(|driven| is_its(driven.drive))?;
-        let kind = &dataset.machine.actuators[dataset.drives[d].drive].kind;
-        let pushes = matches!(kind, ActuatorKind::Force { .. } | ActuatorKind::DcMotor(_))
-            && !dataset.is_looped(dataset.drives[d].drive);
+        let drive = (cause.site.table == ElementKind::Actuators).then_some(cause.site.index)?;
+        let d = dataset.drives.iter().position(|driven| driven.drive == drive)?;
         let commands = dataset.records.iter().flat_map(|record| &record.commands[d]);
         let largest = commands.fold(0.0_f64, |most, command| most.max(command.abs()));
-        (pushes && largest > 0.0).then_some(largest)
+        (dataset.is_pushed(drive) && largest > 0.0).then_some(largest)
     }
-}
-
-fn named(cause: &Candidate) -> String {
-    format!("{} at the {}", cause.definition.kind, cause.place.name())
 }
 
 fn explains_more(it: &str) -> String {

@@ -246,12 +246,19 @@ impl Dataset {
     /// Whether the commands of drive `i` are samples of a signal that varies between rows: a force or a
     /// voltage without a stated hold.
     pub fn is_sampled(&self, i: usize) -> bool {
-        let Some(driven) = self.drives.get(i) else { return false };
-        let is_pushed = matches!(
-            self.machine.actuators[driven.drive].kind,
-            ActuatorKind::Force { .. } | ActuatorKind::DcMotor { .. }
-        );
-        is_pushed && !self.is_looped(driven.drive) && driven.hold_s.is_none()
+        self.drives.get(i).is_some_and(|driven| self.is_pushed(driven.drive) && driven.hold_s.is_none())
+    }
+
+    /// Whether the column of a drive is its command, and this is a force or a voltage.
+    pub(crate) fn is_pushed(&self, drive: usize) -> bool {
+        let is_motor = matches!(self.machine.actuators[drive].kind, ActuatorKind::DcMotor { .. });
+        self.is_forced(drive) || is_motor && !self.is_looped(drive)
+    }
+
+    /// Whether the column of a drive is its command, and this is a force.
+    pub(crate) fn is_forced(&self, drive: usize) -> bool {
+        let is_force = matches!(self.machine.actuators[drive].kind, ActuatorKind::Force { .. });
+        is_force && !self.is_looped(drive)
     }
 
     /// Whether the element is a drive with sampled commands ([`Self::is_sampled`]).

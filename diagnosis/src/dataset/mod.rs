@@ -33,7 +33,7 @@ use std::path::Path;
 
 use feeler_files::{DatasetFile, ExperimentRole, followed_by};
 use feeler_plant::assembly::{Source, resolve};
-use feeler_plant::description::{ActuatorKind, Machine, Quantity};
+use feeler_plant::description::{Machine, Quantity};
 use indexmap::IndexMap;
 
 use crate::error::DiagnosisError;
@@ -179,9 +179,8 @@ impl Dataset {
         }
         // The noise of other commands does not count.
         let Some(first) = self.drives.first().filter(|first| first.noise.is_none()) else { return };
-        let is_force = matches!(self.machine.actuators[first.drive].kind, ActuatorKind::Force { .. });
         let scatter = scatter::of_drive(&self.records, 0);
-        if is_force && !self.is_looped(first.drive) && scatter > 0.0 {
+        if self.is_forced(first.drive) && scatter > 0.0 {
             self.warn_of_noise(first.column.clone(), scatter);
         }
     }

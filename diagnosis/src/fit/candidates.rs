@@ -22,6 +22,11 @@ impl Candidate {
         self.site == other.site && self.definition.kind == other.definition.kind
     }
 
+    /// Kind and place in words.
+    pub(crate) fn named(&self) -> String {
+        format!("{} at the {}", self.definition.kind, self.place.name())
+    }
+
     /// Whether one of some causes acts on the same element with a law that contains this one, or the reverse.
     pub(crate) fn is_covered_by(&self, causes: &[Self]) -> bool {
         let kind = self.definition.kind;

@@ -1,7 +1,7 @@
 //! Features of records from which fits start.
 
 use feeler_plant::assembly::Source;
-use feeler_plant::description::{ActuatorKind, Engagement, Quantity};
+use feeler_plant::description::{Engagement, Quantity};
 
 use crate::dataset::{Dataset, Record};
 use crate::fit::least_squares::Task;
@@ -22,8 +22,7 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
         glance.duration_s = glance.duration_s.max(duration_s);
         let mut is_pushed = true;
         for (driven, command) in dataset.drives.iter().zip(&record.commands) {
-            let is_force = matches!(dataset.machine.actuators[driven.drive].kind, ActuatorKind::Force { .. })
-                && !dataset.is_looped(driven.drive);
+            let is_force = dataset.is_forced(driven.drive);
             is_pushed &= is_force;
             glance.asked = glance.asked.max(largest(command));
             glance.command = if is_force { glance.command.max(largest(command)) } else { glance.command };

@@ -1,7 +1,6 @@
 //! Deviation of an anchored prediction due to the noise of a measured command.
 
 use feeler_plant::assembly::assemble;
-use feeler_plant::description::ActuatorKind;
 
 use crate::chance::Chance;
 use crate::dataset::{Dataset, Record, noise_of_command, rms};
@@ -30,9 +29,7 @@ pub(crate) fn with_noise_again(dataset: &Dataset, record: usize) -> Option<Recor
 fn pushed(dataset: &Dataset, record: usize) -> Option<(f64, &[f64])> {
     let drive = dataset.drives.first()?.drive;
     let command = dataset.records[record].commands.first()?;
-    let is_force = matches!(dataset.machine.actuators[drive].kind, ActuatorKind::Force { .. })
-        && !dataset.is_looped(drive);
-    let assembly = assemble(&dataset.machine).ok().filter(|_| is_force)?;
+    let assembly = assemble(&dataset.machine).ok().filter(|_| dataset.is_forced(drive))?;
     let mass = assembly.rigid_mass_kg(assembly.drives[drive].on);
     (mass.is_finite() && mass > 0.0).then_some((mass, command))
 }
